@@ -26,8 +26,7 @@ from bgc.emission.lanes import lane_units
 from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
-from bgc.equations.derive import derive_equations
-from bgc.equations.followers import causality_and_equations
+from bgc.equations.attempts import causality_of, equations_of
 from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
@@ -139,11 +138,12 @@ def compile_scene(
     for place in range(len(order)):
         if watch is not None:
             watch(order[place])
-        stage, name, result = next(stages)
-        results[name] = result
+        stage, found = next(stages)
+        results.update(found)
         seconds[stage] = perf_counter() - begin
         if options.verify or "BGC_VERIFY" in os.environ:
-            invariants.verify(result)
+            for result in found.values():
+                invariants.verify(result)
         if stage == until:
             break
         begin = perf_counter()
@@ -156,10 +156,13 @@ def _stages(
     prepare: Prepare | None,
     given: Package | None,
     warnings: list[Diagnostic],
-) -> Iterator[tuple[Stage, str, Any]]:
-    """Run one stage after the other; yield each with the name of its result in `Stages`."""
+) -> Iterator[tuple[Stage, Mapping[str, Any]]]:
+    """Run one stage after the other; yield each with its results, by their names in `Stages`.
+
+    That of the equations may replace the causality, if equations could not be derived from it.
+    """
     package = given or load(path)
-    yield "parse", "package", package
+    yield "parse", {"package": package}
 
     graph = elaborate(
         package,
@@ -174,37 +177,39 @@ def _stages(
     graph = with_accounts(graph) if options.audited else graph
     graph = prepare(graph) if prepare else graph
     warnings += graph.warnings
-    yield "elaborate", "graph", graph
+    yield "elaborate", {"graph": graph}
 
     oddities = check_physics(graph)
     warnings += oddities
-    yield "physics", "oddities", oddities
+    yield "physics", {"oddities": oddities}
 
     folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
-    yield "fold", "folding", folding
+    yield "fold", {"folding": folding}
 
-    causal, derived = causality_and_equations(folding.graph)
-    warnings += causal.warnings
-    yield "causality", "causal", causal
+    first, derived = causality_of(folding.graph)
+    warnings += first.warnings
+    yield "causality", {"causal": first}
 
-    equations = derived or derive_equations(causal)
+    causal, equations = equations_of(first, derived)
+    if causal is not first:
+        warnings[:] = [*(w for w in warnings if w not in first.warnings), *causal.warnings]
     warnings += equations.warnings
-    yield "equations", "equations", equations
+    yield "equations", {"causal": causal, "equations": equations}
 
     sliced = with_divisor_checks(equations if options.whole else slice_program(equations))
-    yield "slice", "sliced", sliced
+    yield "slice", {"sliced": sliced}
 
     optimised = optimise(sliced)
-    yield "optimise", "optimised", optimised
+    yield "optimise", {"optimised": optimised}
 
     if options.strict and any(w.severity is Severity.WARNING for w in warnings):
         raise BgError([as_error(warning) for warning in warnings])
     lowered = lower(optimised)
-    yield "lower", "lowered", lowered
+    yield "lower", {"lowered": lowered}
 
     texts = [source.text for source in package.sources]
     emitted = emit_lowered(lowered, digest_of([*texts, *(file.digest for file in graph.data)]))
-    yield "emit", "emitted", emitted
+    yield "emit", {"emitted": emitted}
 
     facts = run_facts(
         graph.scene,
@@ -228,7 +233,7 @@ def _stages(
     if prepare is None and given is None:
         data = [(file.path, file.digest) for file in graph.data]
         remember(cache, path, options, package.sources, built, data)
-    yield "C compiler", "built", built
+    yield "C compiler", {"built": built}
 
 
 def build_model(

@@ -39,12 +39,13 @@ from bgc.ir.program import PositiveParameter
 _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
 
 
-def assign_causality(graph: FlatGraph) -> CausalGraph:
+def assign_causality(graph: FlatGraph, *, ranged: bool = False) -> CausalGraph:
     """Find the independent flows of a graph and everything that follows from them.
 
     Guarantees that N satisfies every row (proven at random points), and that every divisor is a
     nonzero number or a parameter listed in `positive`. Does not derive equations, and does not use
-    the laws of elements.
+    the laws of elements. With `ranged`, moduli that vary within a range without zero are divisors
+    too, where no other is left.
 
     Raises
     ------
@@ -53,11 +54,12 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
     """
     cut = _closing_junctions(graph)
     try:
-        return _sparing(graph, _assigned(graph, frozenset()))
+        found = _assigned(graph, frozenset(), ranged=ranged)
+        return found if ranged else _sparing(graph, found)
     except BgError:
         if not cut:
             raise
-    return _assigned(graph, cut)
+    return _assigned(graph, cut, ranged=ranged)
 
 
 def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
@@ -111,7 +113,11 @@ def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
 
 
 def _assigned(
-    graph: FlatGraph, cut: frozenset[int], carrying: frozenset[int] = frozenset()
+    graph: FlatGraph,
+    cut: frozenset[int],
+    carrying: frozenset[int] = frozenset(),
+    *,
+    ranged: bool = False,
 ) -> CausalGraph:
     """Assign causality with the rows of some junctions closing chains.
 
@@ -119,7 +125,7 @@ def _assigned(
     """
     fingerprints = Fingerprints(graph.dag)
     structure = junction_structure(graph, cut)
-    certifier = Certifier(graph.dag, fingerprints, graph.parameters)
+    certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=ranged)
     _refuse_shared_flows(graph, structure)
     elimination = eliminate(graph.dag, fingerprints, certifier, structure, carrying)
     warnings, closures = _judge_remaining(graph, structure, certifier, elimination)
@@ -172,8 +178,9 @@ def _assigned(
             basis,
             cut,
         ),
-        positive=_positive(graph, elimination, watched),
+        positive=_positive(graph, certifier, elimination, watched),
         warnings=tuple(warnings),
+        ranged=ranged,
     )
 
 
@@ -418,12 +425,15 @@ def _warn(graph: FlatGraph, structure: Structure, basis: Sequence[Basis]) -> lis
 
 
 def _positive(
-    graph: FlatGraph, elimination: Elimination, watched: Sequence[tuple[Node, int]]
+    graph: FlatGraph,
+    certifier: Certifier,
+    elimination: Elimination,
+    watched: Sequence[tuple[Node, int]],
 ) -> tuple[PositiveParameter, ...]:
     """The parameters that were divided by, each listed once."""
     found: dict[Node, PositiveParameter] = {}
     for node, row in (*elimination.watched, *watched):
         name = graph.elements[elimination.rows[row].element].name
         message = f"the modulus of `{name}` must not be zero"
-        found.setdefault(node, PositiveParameter(node, message, strictly_positive=False))
+        found.setdefault(node, certifier.check(node, message))
     return tuple(found.values())

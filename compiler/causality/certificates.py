@@ -1,7 +1,9 @@
 """Certificates that a node never vanishes, so that it may be a pivot.
 
 Numbers have one, and expressions of parameters that are nonzero at the default values, which the
-runtime checks when parameters are set; nothing that depends on states or time has.
+runtime checks when parameters are set. What depends on states or time has one only where asked
+for: if its range is proven to exclude zero (`2 + sin(angle)`), at the parameters' default values,
+of which the runtime then checks the end of the range that is nearer to zero.
 """
 
 from __future__ import annotations
@@ -13,9 +15,11 @@ from enum import IntEnum
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.ranges import Ranges
 from bgc.algebra.rounding import RoundedEvaluator
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node, Parameter
+from bgc.ir.program import PositiveParameter
 
 
 class Rank(IntEnum):
@@ -25,6 +29,7 @@ class Rank(IntEnum):
     NUMBER = 1
     PARAMETER = 2  # a product of parameters, nonzero at their defaults; checked at run time
     DOUBTFUL = 3  # any other expression of parameters (`sin(slope)`); checked at run time
+    RANGED = 4  # varies, within a range without zero
 
 
 _SMALL = 0.1  # relative to the largest entry of a row; a smaller pivot makes the others grow
@@ -47,16 +52,26 @@ class Certificate:
 
 
 class Certifier:
-    """Certificates of the nodes of one DAG, given the parameters' default values."""
+    """Certificates of the nodes of one DAG, given the parameters' default values.
+
+    With `ranged`, nodes that vary within a range without zero have one too.
+    """
 
     def __init__(
-        self, dag: Dag, fingerprints: Fingerprints, parameters: Iterable[Parameter]
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        parameters: Iterable[Parameter],
+        *,
+        ranged: bool = False,
     ) -> None:
         self._dag = dag
         self._fingerprints = fingerprints
         self.defaults = default_values(dag, parameters)
         self._values = RoundedEvaluator(dag, self.defaults.__getitem__)
         self._known: dict[Node, Certificate | None] = {}
+        self._ranges = Ranges(dag) if ranged else None
+        self._bounds: set[Node] = set()
 
     def certify(self, node: Node) -> Certificate | None:
         """The certificate of a node, None if there is none."""
@@ -64,10 +79,15 @@ class Certifier:
             self._known[node] = self._certify(node)
         return self._known[node]
 
+    def check(self, node: Node, message: str) -> PositiveParameter:
+        """The check of a node to watch."""
+        is_bound = node in self._bounds
+        return PositiveParameter(node, message, strictly_positive=False, bound=is_bound)
+
     def may_vanish(self, node: Node) -> bool:
         """Test whether a node is never a pivot, or one only where nothing else is left."""
         certificate = self.certify(node)
-        return certificate is None or certificate.rank is Rank.DOUBTFUL
+        return certificate is None or certificate.rank >= Rank.DOUBTFUL
 
     def size_in(self, node: Node, row: Iterable[Node]) -> Size | None:
         """The size of an entry as the pivot of its row; None if it may vanish."""
@@ -112,6 +132,23 @@ class Certifier:
             if len(certain) == len(parts):
                 watched = tuple(dict.fromkeys(n for part in certain for n in part.watched))
                 return Certificate(max(part.rank for part in certain), watched)
+        return self._by_range(node)
+
+    def _by_range(self, node: Node) -> Certificate | None:
+        """The certificate of a node whose range excludes zero."""
+        if self._ranges is None:
+            return None
+        dag, found = self._dag, self._ranges.of(node)
+        for end in (found.low, None if found.high is None else dag.neg(found.high)):
+            if end is None:
+                continue
+            value = self._values.value(end)
+            if value.value > 0 and math.isfinite(value.value) and not value.is_noise:
+                if dag.level[end] == Level.CONST:
+                    return Certificate(Rank.RANGED, ())
+                bound = dag.call(Op.MAX, end, dag.zero)
+                self._bounds.add(bound)
+                return Certificate(Rank.RANGED, (bound,))
         return None
 
     def _is_product_of_parameters(self, node: Node) -> bool:

@@ -173,3 +173,4 @@ class CausalGraph:
     strokes: tuple[Stroke, ...]  # for each bond
     positive: tuple[PositiveParameter, ...]
     warnings: tuple[Diagnostic, ...]
+    ranged: bool = False  # whether divisors may vary within a range without zero

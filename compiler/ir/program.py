@@ -75,13 +75,15 @@ class Energy:
 class PositiveParameter:
     """An expression of PARAM level that must be nonzero; positive if `strictly_positive`.
 
-    One that is `finite` may be zero, but not infinite or undefined.
+    One that is `finite` may be zero, but not infinite or undefined. One that is a `bound` is the
+    least distance of a divisor that varies from zero, which no other node has to hold.
     """
 
     node: Node
     message: str
     strictly_positive: bool
     finite: bool = False
+    bound: bool = False
 
 
 @dataclass(frozen=True, slots=True)

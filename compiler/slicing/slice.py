@@ -12,6 +12,7 @@ from bgc.ir.program import (
     Dropped,
     Energy,
     MassEntry,
+    PositiveParameter,
     Program,
     Reason,
     Start,
@@ -222,7 +223,13 @@ def _closures(closures: Closures | None, number: Mapping[int, int]) -> Closures 
 
 
 def _without_useless_checks(program: Program) -> Program:
-    """Remove checks of parameters that no longer appear as divisors."""
-    bare = replace(program, positive=(), parameters=())
-    used = set(program.dag.reachable(program_roots(bare)))
-    return replace(program, positive=tuple(p for p in program.positive if p.node in used))
+    """Remove checks of nodes that no longer appear, and bounds whose parameters do not."""
+    dag, bare = program.dag, replace(program, positive=(), parameters=())
+    used = set(dag.reachable(program_roots(bare)))
+
+    def is_used(check: PositiveParameter) -> bool:
+        if not check.bound:
+            return check.node in used
+        return any(node in used for node in dag.reachable([check.node]) if dag.symbol_of(node))
+
+    return replace(program, positive=tuple(filter(is_used, program.positive)))

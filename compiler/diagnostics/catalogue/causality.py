@@ -84,7 +84,8 @@ def rigid_chain(
     by a modulus that depends on the state and may become zero, and something that it moves has no
     inertia (or the chain consists of efforts, behind a gyrator).
     Why: where the modulus is zero the chain locks or loses its drive, and equations that divide by
-    it are wrong without a warning. A chain that moves inertias only is kept closed by reactions.
+    it are wrong without a warning. A chain that moves inertias only is kept closed by reactions. A
+    modulus whose range excludes zero, such as `2 + sin(angle)`, is divided by.
     Example: a crank without mass that a driven rod turns.
     Way out: give all parts of the chain inertia, or make one joint compliant: use a C with an R in
     parallel.

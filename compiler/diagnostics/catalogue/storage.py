@@ -48,7 +48,8 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
     their common motion is undetermined: all moduli between them may become zero, or their
     stiffnesses cancel.
     Why: where the moduli are zero nothing holds the motion, and equations that divide by them are
-    wrong without a warning.
+    wrong without a warning. A modulus whose range excludes zero, such as `2 + sin(angle)`, is
+    divided by.
     Example: a massless lever that acts on springs only through modulated transformers.
     Way out: put an I on the motion, or an R or a C that acts on it directly.
     """

@@ -84,7 +84,9 @@ class Variables:
         self._storage_ports = sum(
             len(e.ports) for e in causal.graph.elements if isinstance(e, Storage)
         )
-        self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
+        self._certifier = Certifier(
+            self.dag, causal.fingerprints, causal.graph.parameters, ranged=causal.ranged
+        )
         self.watched: list[PositiveParameter] = []
         self.raw_divisors: list[Divisor] = []
         self.final_divisors: list[Divisor] = []
@@ -246,7 +248,7 @@ class Variables:
 
     def watch(self, node: Node, message: str) -> None:
         """Note a node of PARAM level that must not be zero."""
-        self.watched.append(PositiveParameter(node, message, strictly_positive=False))
+        self.watched.append(self._certifier.check(node, message))
 
     def may_vanish(self, node: Node) -> bool:
         """Return whether a divisor varies during a run and may reach zero."""

@@ -1,10 +1,14 @@
-"""Sources that follow their own reaction: resistances, written as sources.
+"""Ways to take a graph, from the plain one to those that models need which it refuses.
 
-`MSf(f = g*(a - node.e))` on a rigid mass gives the flow that `R { f = g*(a - e); }` would give. As
-a source it leaves the mass without a state, and its value then depends on the rate of the momentum
-that it gives (BG521). As a resistance it leaves the mass its state, and the value is solved for
-the effort. Such a source is taken as a resistance where it cannot be taken as a source: so the
-equations of all other models stay as they are.
+Sources that follow their own reaction are resistances, written as sources. On a rigid mass,
+`MSf(f = g*(a - node.e))` gives the flow that `R { f = g*(a - e); }` would give. As a source it
+leaves the mass without a state, and its value then depends on the rate of the momentum that it
+gives (BG521). As a resistance it leaves the mass its state, and the value is solved for the effort.
+
+Moduli that vary within a range without zero (`2 + sin(angle)`) are divisors where no other is left.
+
+Both are tried where the plain way fails, so that the equations of all other models stay as they
+are. If these fail too, the error is that of the plain way.
 """
 
 from __future__ import annotations
@@ -14,31 +18,69 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.assign import assign_causality
+from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
 from bgc.equations.variables.names import RateInLoop
 from bgc.ir.causal import CausalGraph, Role
-from bgc.ir.graph import FlatGraph, Junction, Source
+from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
 
 
-def causality_and_equations(graph: FlatGraph) -> tuple[CausalGraph, Program | None]:
-    """Assign causality, with sources that follow their own reaction as resistances where needed.
+def causality_of(graph: FlatGraph) -> tuple[CausalGraph, Program | None]:
+    """Assign causality by the first way that works.
 
     The program is None unless the equations had to be derived to decide.
 
     Raises
     ------
     BgError
-        As `assign_causality` does. Errors in the equations are left to the caller, who derives
-        them again.
+        As `assign_causality` does. Errors in the equations are left to `equations_of`.
     """
+    try:
+        return _with_resistances(graph, ranged=False)
+    except BgError as err:
+        if not _has_ranged_modulus(graph):
+            raise
+        refused = err
+    try:
+        return _with_resistances(graph, ranged=True)
+    except BgError:
+        raise refused from None
+
+
+def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGraph, Program]:
+    """Derive the equations of a causal graph, or of another one of the same graph.
+
+    Raises
+    ------
+    BgError
+        As `derive_equations` does.
+    """
+    if derived is not None:
+        return causal, derived
+    try:
+        return causal, derive_equations(causal)
+    except BgError as err:
+        if causal.ranged or not _has_ranged_modulus(causal.graph):
+            raise
+        refused = err
+    try:
+        other, program = _with_resistances(causal.graph, ranged=True)
+        return other, program or derive_equations(other)
+    except BgError:
+        raise refused from None
+
+
+def _with_resistances(graph: FlatGraph, *, ranged: bool) -> tuple[CausalGraph, Program | None]:
+    """Assign causality, with sources that follow their own reaction as resistances where needed."""
     own = _reading_their_own_bond(graph)
     refused: BgError | None = None
     while True:
         try:
-            causal = assign_causality(graph)
+            causal = assign_causality(graph, ranged=ranged)
         except BgError as err:
             refused = refused or err
             if not own:
@@ -57,6 +99,19 @@ def causality_and_equations(graph: FlatGraph) -> tuple[CausalGraph, Program | No
             graph = _with_followers(graph, err.sources)
         except BgError:
             return causal, None
+
+
+def _has_ranged_modulus(graph: FlatGraph) -> bool:
+    """Return whether a modulus varies within a range that is proven to exclude zero."""
+    dag = graph.dag
+    certifier = Certifier(dag, Fingerprints(dag), graph.parameters, ranged=True)
+    return any(
+        dag.level[node] > Level.PARAM and certifier.certify(node) is not None
+        for element in graph.elements
+        if isinstance(element, Transformer | Gyrator)
+        for row in element.matrix
+        for node in row
+    )
 
 
 def _with_followers(graph: FlatGraph, sources: Collection[int]) -> FlatGraph:

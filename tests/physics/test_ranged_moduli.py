@@ -1,0 +1,108 @@
+"""Moduli that vary within a range without zero are divisors where nothing else is left."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+
+ROD = """model M {
+  param play = 1;
+  state angle = 0.3;
+  der(angle) = crank.f;
+  crank : J1;
+  brake : R(5);
+  rod   : MTF { f2 = RATIO*f1; }
+  drive : Sf(f = 1);
+  crank -> brake;
+  crank -> rod -> drive;
+}
+scene s of M { observe angle, crank.f, drive.e, energy.residual; run 4 s every 0.2 s; }
+"""
+
+SPRINGS = """model M {
+  state angle = 0.5;
+  der(angle) = 1;
+  push : Se(e = 3);
+  lever : J1;
+  left : MTF(ratio = 2 + sin(angle));
+  right : MTF(ratio = 1/sqrt(0.3 + cos(angle)^2));
+  spring : C(stiffness = 2, q0 = 0.1);
+  other : C(stiffness = 3);
+  push -> lever;
+  lever -> left -> spring;
+  lever -> right -> other;
+}
+scene s of M { observe lever.f, spring.q, other.q, energy.residual; run 4 s every 0.2 s; }
+"""
+
+
+def compiled(tmp_path, text):
+    path = tmp_path / "m.bg"
+    path.write_text(text)
+    return bgc.compile(path)
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory):
+    return compiled(tmp_path_factory.mktemp("rod"), ROD.replace("RATIO", "(2 + play*cos(angle))"))
+
+
+def test_a_driven_rod_moves_its_massless_crank(rod):
+    result = rod.simulate(rtol=1e-10)
+    angle, time = result["angle"], result["time"]
+    assert np.allclose(2 * angle + np.sin(angle), 0.6 + np.sin(0.3) + time, rtol=1e-9)
+    ratio = 2 + np.cos(angle)
+    assert np.allclose(result["crank.f"], 1 / ratio, rtol=1e-9)
+    assert np.allclose(np.abs(result["drive.e"]), 5 / ratio**2, rtol=1e-9)
+    assert np.abs(result["energy.residual"]).max() < 1e-8
+
+
+@pytest.mark.parametrize("play", [2.0, 3.0, -2.5])
+def test_parameters_that_let_the_ratio_vanish_are_refused_when_they_are_set(rod, play):
+    with pytest.raises(BgError) as caught:
+        rod.simulate(parameters={"play": play})
+    assert [d.code for d in caught.value.diagnostics] == ["BG707"]
+
+
+def test_parameters_that_keep_the_ratio_from_zero_are_taken(rod):
+    result = rod.simulate(rtol=1e-10, parameters={"play": -1.9})
+    ratio = 2 - 1.9 * np.cos(result["angle"])
+    assert np.allclose(result["crank.f"], 1 / ratio, rtol=1e-9)
+
+
+def test_springs_on_a_massless_lever(tmp_path):
+    result = compiled(tmp_path, SPRINGS).simulate(rtol=1e-10)
+
+    def ratios(t):
+        angle = 0.5 + t
+        across = 0.3 + np.cos(angle) ** 2
+        left, right = 2 + np.sin(angle), across**-0.5
+        return left, right, np.cos(angle), across**-1.5 * np.cos(angle) * np.sin(angle)
+
+    def flow(t, q):
+        """From 3 = 2 left q1 + 3 right q2, whose derivative is zero."""
+        left, right, left_rate, right_rate = ratios(t)
+        turned = 2 * left_rate * q[0] + 3 * right_rate * q[1]
+        return -turned / (2 * left**2 + 3 * right**2)
+
+    def rates(t, q):
+        left, right, _, _ = ratios(t)
+        return [left * flow(t, q), right * flow(t, q)]
+
+    left, right, _, _ = ratios(0.0)
+    start = [0.1, (3 - 2 * left * 0.1) / (3 * right)]
+    times = result["time"]
+    q = solve_ivp(rates, (0, 4), start, "DOP853", times, rtol=1e-12, atol=1e-13).y
+    assert np.allclose(result["spring.q"], q[0], rtol=1e-8, atol=1e-9)
+    assert np.allclose(result["other.q"], q[1], rtol=1e-8, atol=1e-9)
+    expected = [flow(t, x) for t, x in zip(times, q.T, strict=True)]
+    assert np.allclose(result["lever.f"], expected, rtol=1e-7, atol=1e-8)
+    assert np.abs(result["energy.residual"]).max() < 1e-8
+
+
+def test_a_ratio_that_reaches_zero_is_refused(tmp_path):
+    with pytest.raises(BgError) as caught:
+        compiled(tmp_path, ROD.replace("RATIO", "(1 + play*cos(angle))"))
+    assert [d.code for d in caught.value.diagnostics] == ["BG502"]
