@@ -69,7 +69,7 @@ def write_pages(
         "Library": _library(),
         "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
         "Figures of the paper": paper(),
-        "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "recorded.csv"),
+        "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"),
         "Diagnostics": _diagnostics(),
         "Developing": _developing(),
     }

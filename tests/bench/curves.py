@@ -25,7 +25,7 @@ from pathlib import Path
 import arm_peers
 import growth
 from compile_growth import ALONE
-from curves_page import Point, page
+from curves_page import Point, page, read_points
 from growing import text_of
 from table import machine, pin
 
@@ -64,25 +64,13 @@ def main() -> None:
                     print(point, flush=True)
                     store(point)
     if given.out is not None:
-        lines = page(stored(), given.out, "")
+        lines = page(read_points(STORE), given.out, "")
         (given.out / "benchmarks.md").write_text("\n".join(lines) + "\n", "utf-8")
-
-
-def stored() -> list[Point]:
-    """The points of the file."""
-    if not STORE.exists():
-        return []
-    with STORE.open(newline="", encoding="utf-8") as file:
-        return [
-            Point(row["figure"], row["family"], row["tool"], int(row["size"]), float(row["value"]),
-                  row["machine"])
-            for row in csv.DictReader(file)
-        ]  # fmt: skip
 
 
 def store(point: Point) -> None:
     """Add a point in the place of the one that has the same figure, family, tool and size."""
-    points = [each for each in stored() if each.key != point.key]
+    points = [each for each in read_points(STORE) if each.key != point.key]
     points = sorted([*points, point], key=lambda each: each.key)
     with STORE.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

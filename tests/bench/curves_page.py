@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -63,6 +64,18 @@ class Point:
     @property
     def key(self) -> tuple[str, str, str, int]:
         return self.figure, self.family, self.tool, self.size
+
+
+def read_points(path: Path) -> list[Point]:
+    """Read the points of a file; none where there is no file."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return [
+            Point(row["figure"], row["family"], row["tool"], int(row["size"]), float(row["value"]),
+                  row["machine"])
+            for row in csv.DictReader(file)
+        ]  # fmt: skip
 
 
 def page(points: Sequence[Point], folder: Path, pictures: str) -> list[str]:

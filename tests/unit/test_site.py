@@ -9,8 +9,10 @@ SITE = Path(__file__).parents[2] / ".site"
 if not SITE.is_dir():
     pytest.skip("not a checkout", allow_module_level=True)
 sys.path.insert(0, str(SITE))
+sys.path.insert(1, str(Path(__file__).parents[1] / "bench"))
 
 from check_links import broken_links  # noqa: E402
+from curves_page import Point, exponent  # noqa: E402
 from figures import benchmarks, read_points  # noqa: E402
 from make import configuration, write_pages  # noqa: E402
 from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
@@ -80,16 +82,23 @@ def test_broken_links_are_found(tmp_path):
 
 
 def test_benchmarks_show_all_recorded_numbers(tmp_path):
-    recorded = Path(__file__).parents[1] / "bench" / "recorded.csv"
+    recorded = Path(__file__).parents[1] / "bench" / "curves.csv"
     points = read_points(recorded)
     (page,) = benchmarks(tmp_path, recorded)
     text = "\n".join(page.lines)
-    plots = dict.fromkeys(p.plot for p in points)
-    assert all(f"## {plot}\n" in text for plot in plots) and len(points) > 30
+    assert len(points) > 30
+    rows = [line for line in page.lines if line.startswith("| ")]
     for p in points:
-        (row,) = (line for line in text.split(f"## {p.plot}\n")[1].partition("\n## ")[0].split("\n")
-                  if line.startswith(f"| {p.series} |"))  # fmt: skip
-        assert f" {p.value:g} |" in row
-    for number in range(1, len(plots) + 1):
-        drawing = (tmp_path / "benchmarks" / f"plot{number}.svg").read_text()
+        assert any(
+            line.startswith(f"| {p.tool} |") and f" {p.value:.3g} |" in line for line in rows
+        )
+    for figure in {p.figure for p in points}:
+        assert f"(benchmarks/{figure}.svg)" in text
+        drawing = (tmp_path / "benchmarks" / f"{figure}.svg").read_text()
         assert drawing.count("<path") > 10
+
+
+def test_growth_is_the_exponent_of_the_size():
+    points = [Point("rates", "arm", "our f", n, 3.0 * n**1.5, "here") for n in (4, 8, 16)]
+    assert abs(exponent(points) - 1.5) < 1e-12
+    assert exponent(points[:1]) is None
