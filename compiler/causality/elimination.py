@@ -108,7 +108,7 @@ class _Work:
                 best = key if best is None else min(best, key)
         if best is None:
             return None
-        if best[0].rank >= Rank.DOUBTFUL:
+        if best[0].rank is Rank.DOUBTFUL:
             level += _LAST
         count = len(self._rows.rows_with(number)) + self._followers[number]
         return (level, best[0], count), best[2]

@@ -8,7 +8,7 @@ gives (BG521). As a resistance it leaves the mass its state, and the value is so
 Moduli that vary within a range without zero (`2 + sin(angle)`) are divisors where no other is left.
 
 Both are tried where the plain way fails, so that the equations of all other models stay as they
-are. If these fail too, the error is that of the plain way.
+are. If these fail too, the error is that of the plain way, unless only initial values are at fault.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from bgc.equations.variables.names import RateInLoop
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
+
+_INITIAL = frozenset({"BG516", "BG517"})  # the equations could be derived, and the start not
 
 
 def causality_of(graph: FlatGraph) -> tuple[CausalGraph, Program | None]:
@@ -70,22 +72,24 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
     try:
         other, program = _with_resistances(causal.graph, ranged=True)
         return other, program or derive_equations(other)
-    except BgError:
-        raise refused from None
+    except BgError as err:
+        raise (err if _INITIAL.issuperset(d.code for d in err.diagnostics) else refused) from None
 
 
 def _with_resistances(graph: FlatGraph, *, ranged: bool) -> tuple[CausalGraph, Program | None]:
     """Assign causality, with sources that follow their own reaction as resistances where needed."""
-    own = _reading_their_own_bond(graph)
+    candidates = [_reading_their_own_bond(graph), _reading_an_answer(graph)]
     refused: BgError | None = None
     while True:
         try:
             causal = assign_causality(graph, ranged=ranged)
         except BgError as err:
             refused = refused or err
-            if not own:
+            while candidates and not candidates[0]:
+                del candidates[0]
+            if not candidates:
                 raise refused from None
-            graph, own = _with_followers(graph, own), frozenset()
+            graph = _with_followers(graph, candidates.pop(0))
             continue
         if not refused and not _may_follow(causal):
             return causal, None
@@ -95,7 +99,6 @@ def _with_resistances(graph: FlatGraph, *, ranged: bool) -> tuple[CausalGraph, P
             if not err.sources:
                 return causal, None
             refused = err
-            own -= err.sources
             graph = _with_followers(graph, err.sources)
         except BgError:
             return causal, None
@@ -138,6 +141,16 @@ def _reading_their_own_bond(graph: FlatGraph) -> frozenset[int]:
             if any(alike.find(bond) == own for bond in _read(graph.dag, element, what)):
                 found.add(index)
     return frozenset(found)
+
+
+def _reading_an_answer(graph: FlatGraph) -> frozenset[int]:
+    """The sources of flow whose value depends on any effort, and of effort on any flow."""
+    return frozenset(
+        index
+        for index, element in enumerate(graph.elements)
+        if isinstance(element, Source)
+        and _read(graph.dag, element, Kind.EFFORT if element.kind == "Sf" else Kind.FLOW)
+    )
 
 
 def _joined(graph: FlatGraph, kind: str) -> DisjointSets:
