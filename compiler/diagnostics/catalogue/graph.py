@@ -165,7 +165,8 @@ def bonded_twice(span: Span, name: str, first: Span, is_port: bool) -> Diagnosti
 def not_bonded(span: Span, name: str, what: str) -> Diagnostic:
     """BG407: an element or port without a bond
 
-    What: an element, or a port (outside or inside its model), has no bond.
+    What: an element, or a port (outside or inside its model), has no bond; or a component of a wide
+    junction has none, and the junction's effort or flow is read.
 
     Why: nothing is assumed about an open end.
 

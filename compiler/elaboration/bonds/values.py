@@ -147,10 +147,19 @@ class BondValues:
         if self.scalars is None or self.units is None:
             return self._placeholder(face, name, shape)
         kind = Kind.EFFORT if name == "e" else Kind.FLOW
-        bonds = [ports[0].bond for ports in self.scalars.ports(face)]
+        bonds = [port.bond for port in self._bonded(self.scalars, face)]
         nodes = tuple(self.world.dag.symbol(kind, b) for b in bonds)
         long = "effort" if name == "e" else "flow"
         return Value(shape, nodes, tuple(self.units.dimension(long, b) for b in bonds))
+
+    def _bonded(self, scalars: Scalars, face: Face) -> list[Port]:
+        """The first port of each component, which a wide junction need not have."""
+        found = scalars.ports(face)
+        for k, ports in enumerate(found, 1):
+            if not ports:
+                name = f"{face.name}[{k}]"
+                raise BgError([graph.not_bonded(face.span, name, "the component")])
+        return [ports[0] for ports in found]
 
     def storage(self, element: Element, name: str) -> Value:
         """The displacements (`q`) or momenta (`p`) of a storage element."""
@@ -178,7 +187,7 @@ class BondValues:
         signs = [1] * len(effort.nodes)
         unit: Dimension | None = None
         if self.scalars is not None and self.units is not None:
-            ports = [found[0] for found in self.scalars.ports(face)]
+            ports = self._bonded(self.scalars, face)
             if sense:
                 signs = [sense * port.sign for port in ports]
             known = [self._power_unit(port.bond) for port in ports]
