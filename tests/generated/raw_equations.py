@@ -66,7 +66,9 @@ class Elaboration(Values):
                 (self.effort, self.flow) if part.type == "J0" else (self.flow, self.effort)
             )
             for k in range(part.width[0]):
-                ends = element.ends["j", k]
+                ends = element.ends.get(("j", k), [])
+                if not ends:
+                    continue
                 for bond, _ in ends[1:]:
                     raw.row(element.path, same[bond] - same[ends[0][0]])
                 raw.row(element.path, sum_of([Num(Fraction(sign)) * summed[b] for b, sign in ends]))

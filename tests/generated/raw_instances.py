@@ -29,6 +29,10 @@ from program_tree import (
 Point: TypeAlias = tuple[str, str, int]  # an element or port by its path, its side, a component
 
 
+class Unconnected(Exception):
+    """The effort or flow of a junction without bonds is read, which no equation gives."""
+
+
 @dataclass
 class Storage:
     """A state of an element with the derivative of the energy by it, a function of such states."""

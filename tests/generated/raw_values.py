@@ -25,7 +25,7 @@ from program_tree import (
     Time,
 )
 from raw_bonds import Joining
-from raw_instances import Element, Instance
+from raw_instances import Element, Instance, Unconnected
 
 
 class Values(Joining):
@@ -179,6 +179,8 @@ class Values(Joining):
         if element.is_junction:
             width = element.part.width[0]
             table = self.effort if variable == "e" else self.flow
+            if not all(element.ends.get(("j", k)) for k in range(width)):
+                raise Unconnected(f"{element.path} has a component without bonds")
             return slim([table[element.ends["j", k][0][0]] for k in range(width)])
         if variable == "power":
             if element.part.type in ("TF", "GY"):

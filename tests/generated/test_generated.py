@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dense_pencil import is_singular
 from equation_check import check_columns
 from observed_variables import with_all_observed
 from program_check import RATE, RESIDUAL, ROWS, START, by_equations, by_reference, program_of
@@ -29,10 +30,21 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
     assert (kind, about) == ("agrees", about)
 
 
-@pytest.mark.parametrize("seed", [1022, 1028, 1065, 1155, 1137, 1877, 2232])
+@pytest.mark.parametrize("seed", [1022, 1028, 1065, 1155, 1137, 1877, 2232, 1956, 6035, 6681])
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
     assert (kind, about) == ("agrees", about)
+
+
+def test_a_program_that_reads_what_has_no_bond_is_refused(tmp_path: Path) -> None:
+    kind, about = by_equations(draw_program(1773), tmp_path, variants=0)
+    assert (kind, about[:5]) == ("ill", "BG407")
+
+
+@pytest.mark.parametrize(("seed", "singular"), [(2812, True), (4113, True), (8869, False)])
+def test_singular_pencils_are_found(seed: int, singular: bool) -> None:
+    """A flow that circulates, and two sources of one flow; beside a right program."""
+    assert is_singular(raw_equations(draw_program(seed))) == singular
 
 
 def test_an_inaccurate_solution_is_not_a_broken_power_balance(tmp_path: Path) -> None:
