@@ -27,6 +27,17 @@ def test_an_inertia_behind_a_transformer(load):
     assert round(result["v"][-1], 7) == 0.0621307
 
 
+def test_a_modulus_that_states_move(load):
+    """m v' + r (M r v)' = 0 for the ratio r(t): v^2 (m + M r^2) stays."""
+    result = load("merged", "shifting").simulate(rtol=1e-9)
+    a, b = np.exp(-result.time), 2 * np.exp(-3 * result.time)
+    np.testing.assert_allclose(result["a"], a, atol=1e-7)
+    np.testing.assert_allclose(result["b"], b, atol=1e-7)
+    v = np.sqrt((2 + 3 * 3**2) / (2 + 3 * (a + b) ** 2))
+    np.testing.assert_allclose(result["v"], v, rtol=1e-7)
+    np.testing.assert_allclose(result["w"], (a + b) * v, rtol=1e-7)
+
+
 def test_a_gear_train_turns_as_one_inertia(load):
     """Seen from the motor, inertias and damping count by the squares of the ratios."""
     model = load("merged", "gear_train")
