@@ -1,0 +1,91 @@
+"""Ranks and least changes of closing rows against NumPy, and the proof of a constant rank."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bgc.equations.closures.dense import (
+    damped_change,
+    independent_in,
+    independent_rows,
+    least_change,
+)
+from bgc.equations.inertias.rank import _flows_left
+
+
+def dependent(seed):
+    """Seven rows of rank 4 with a row of zeros, of very different lengths."""
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(7, 4)) @ rng.normal(size=(4, 6))
+    rows[3] = 0.0
+    return rows * 10.0 ** rng.integers(-4, 5, size=(7, 1))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_are_independent_and_the_best_of_them_wanted(seed):
+    matrix = dependent(seed)
+    found = independent_rows(matrix.tolist(), 1e-9)
+    assert len(found) == 4 and 3 not in found
+    unit = matrix[found] / np.linalg.norm(matrix[found], axis=1, keepdims=True)
+    assert np.linalg.matrix_rank(unit, tol=1e-6) == 4
+    assert independent_rows(matrix.tolist(), 1e-9, (5, 2))[:2] in ([5, 2], [2, 5])
+    # A row that repeats one of the first is passed over, and others follow.
+    doubled = np.vstack([matrix, 3.0 * matrix[5]]).tolist()
+    chosen = independent_rows(doubled, 1e-9, (5, 7))
+    assert len(chosen) == 4 and len({5, 7} & set(chosen)) == 1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_least_change_is_that_of_numpy(seed):
+    matrix = dependent(seed)
+    right = matrix @ np.random.default_rng(seed + 100).normal(size=6)
+    size = np.where(np.linalg.norm(matrix, axis=1) > 0, np.linalg.norm(matrix, axis=1), 1.0)
+    expected = np.linalg.pinv(matrix / size[:, None], rcond=1e-9) @ (right / size)
+    found = least_change(matrix.tolist(), right.tolist(), 1e-9)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+    assert least_change([], [], 1e-9) == []
+
+
+@pytest.mark.parametrize("damping", [1e-3, 2.0])
+def test_a_damped_change_is_that_of_its_formula(damping):
+    rng = np.random.default_rng(1)
+    matrix, right = rng.normal(size=(4, 3)), rng.normal(size=4)
+    expected = matrix.T @ np.linalg.solve(matrix @ matrix.T + damping * np.eye(4), right)
+    found = damped_change(matrix.tolist(), right.tolist(), damping)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert damped_change([[1.0, 0.0], [0.0, 0.0]], [1.0, 1.0], 0.0) == [0.0, 0.0]
+
+
+def test_pivots_choose_rows_of_a_semidefinite_matrix():
+    rng = np.random.default_rng(2)
+    root = rng.normal(size=(5, 3))
+    root[4] = 0.0
+    matrix = root @ root.T
+    whole = np.diag(matrix).tolist()
+    found = independent_in(matrix.tolist(), whole, None, 1e-9)
+    assert len(found) == 3 and 4 not in found
+    assert found[0] == 0  # all begin as their own whole; the first of them is taken
+    halved = [2.0 * whole[0], *whole[1:]]
+    assert independent_in(matrix.tolist(), halved, None, 1e-9)[0] == 1
+    assert independent_in(matrix.tolist(), whole, (4, 2, 3, 1, 0), 1e-9) == [2, 3, 1]
+
+
+@pytest.mark.parametrize(
+    ("rows", "left"),
+    [
+        ([[0], [0, 1]], set()),
+        ([[0], [0, 1], [0, 1, 2]], set()),
+        ([[0, 1, 2], [1, 0], [1]], set()),
+        ([[0, 1], [0, 1], [2]], {0, 1}),  # two rows that may be the same
+        ([[0, -1], [0]], {1}),  # -1: a coefficient of flow 1 that may vanish
+        ([], {0, 1, 2}),
+    ],
+)
+def test_rows_determine_a_flow_once_those_before_it_are_known(rows, left):
+    variables = SimpleNamespace(certificate=lambda node: None if node < 0 else "proven")
+    given = [{abs(k): k for k in row} for row in rows]
+    flows = {k for row in given for k in row} if rows else {0, 1, 2}
+    assert _flows_left(variables, given, flows) == left
