@@ -168,3 +168,11 @@ def test_a_staircase_is_climbed_step_by_step(load, arguments):
     assert result["x"][-1] == pytest.approx(x, abs=1e-9)
     assert result["area"][-1] == pytest.approx(area, rel=1e-9)
     assert result.counts["events"] == pytest.approx(np.floor(1000 * x) + 21, abs=8)
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
+def test_a_jump_that_holds_its_only_state_at_the_edge_ends_the_run(load, solver):
+    with pytest.raises(SimulationError, match="BG715") as caught:
+        load("events", "edge").simulate(solver=solver)
+    assert caught.value.result.time[-1] == pytest.approx(1.0)
+    assert abs(caught.value.result["x"][-1]) < 1e-9

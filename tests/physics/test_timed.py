@@ -74,3 +74,10 @@ def test_each_instance_of_an_ensemble_finds_its_own_pulse(load, method):
     together = load("timed", "pulse").simulate_many({"at": times}, every=1, **method)
     assert together.together == 9
     np.testing.assert_allclose(together["x"][:, -1], math.sqrt(math.pi) * 1e-3, rtol=3e-2)
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
+def test_a_pulse_behind_the_second_switch_counts(load, solver):
+    result = load("timed", "gated").simulate(solver=solver)
+    np.testing.assert_allclose(result["x"][1:], 1.0, rtol=1e-6)
+    np.testing.assert_allclose(result["y"], [0, 0, 0.01 * np.sqrt(np.pi)], rtol=2e-3, atol=1e-9)
