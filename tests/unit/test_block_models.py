@@ -105,6 +105,9 @@ def test_inner_unknowns_are_eliminated_in_blocks() -> None:
     assert model.jacobian.inner > 0 and model.program.mass is None
     times = np.linspace(0.0, 1.0, 6)
     ways = library(model, None), library(model, in_blocks(model))
+    instance = Instance(ways[0])
+    assert instance.reset() is Status.OK
+    check_jacobian(instance)
     for method in (b"rodas5p", b"radau5"):
         options = OptionsStruct(name=method, step=1e-2, max_step=1e-2, rtol=1e-3)
         (tables, _), (found, counts) = (rows_of(way, times, options) for way in ways)
@@ -112,6 +115,23 @@ def test_inner_unknowns_are_eliminated_in_blocks() -> None:
         assert (np.abs(found - tables) <= 1e-9 * scale + 1e-15).all()
         assert counts["factorisations"] > 10
         assert counts["refinements"] == counts["fallbacks"] == 0
+
+
+def check_jacobian(instance: Instance) -> None:
+    """Compare the Jacobian with central differences of f."""
+    x = instance.state.copy()
+    status, jacobian, _ = instance.jacobian()
+    assert status is Status.OK
+    steps = 1e-5 * (instance.scale + np.abs(x))
+    for k, step in enumerate(steps):
+        found = []
+        for sign in (1, -1):
+            instance.state[:] = x
+            instance.state[k] += sign * step
+            found.append(instance.rhs()[1])
+        slope = (found[0] - found[1]) / (2 * step)
+        np.testing.assert_allclose(jacobian[:, k], slope, atol=1e-6 * np.abs(slope).max() + 1e-9)
+    instance.state[:] = x
 
 
 def test_algebraic_equations_are_solved_in_blocks() -> None:
