@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from typing import NoReturn
 
@@ -21,6 +22,9 @@ def main() -> NoReturn:
     """
     caught = catch_signals()
     status: int | str | None = 0
+    # The matrices that NumPy factorises here are small: in threads, OpenBLAS took up to 50 times as
+    # long for them on a busy machine. It reads this when NumPy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         gc.set_threshold(_ALLOCATIONS)
         repair_streams()

@@ -23,7 +23,7 @@ _NO_STEP = 1e-12
 _LONGEST = 1e12  # largest pseudo-time step, in units of the first one
 _LONGER = 4.0
 _SHORTER = 0.1
-_WORSE = 10.0  # growth of the rates for which a step is rejected
+_WORSE = 2.0  # growth of the rates for which a step is rejected
 
 
 def find_zero(residuals: Function, slope: Function, start: Array) -> tuple[Array, Array]:

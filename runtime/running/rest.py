@@ -40,6 +40,7 @@ from bgc.runtime.running.structures import Status
 _ITERATIONS = 200
 _FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
 _STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
+_RELAXATIONS = 3  # in vain, of a whole search
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
 _HALVINGS = 25
 _FEWER_HALVINGS = 4
@@ -101,6 +102,7 @@ class _Search:
         self.wanted = self._outputs(self.z)[self.held] if self.held else np.empty(0)
         self.rows = np.ones(0)
         self.steps_left = _STEPS
+        self.relaxations = 0  # in vain
         status, mass = instance.mass()
         _check(status)
         self.mass = mass * self.scale / self.scale[:, None]
@@ -299,9 +301,10 @@ class _Search:
         begin = self.z
         if not self.held:
             size = self._newton(kept=True)
-            if size > _AT_REST and not self.varied:
+            if size > _AT_REST and not self.varied and self.relaxations < _RELAXATIONS:
                 self.z = begin
                 size = self._relax()
+                self.relaxations += size > _AT_REST
             if size <= _AT_REST:
                 return size
             self.z = begin
