@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
     method_options,
@@ -113,12 +113,18 @@ def fit(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
-    match = {recorded: observed for observed, recorded in read_assignments(matches)}
+    pairs = read_assignments(matches, '--match "position=x"')
+    match = {recorded: observed for observed, recorded in pairs}
+    noise = dict(read_assignments(noises, '--noise "x=2 mm"'))
     arguments.pop("every", None)
-    estimate = model.fit(
-        data, varied, match=match, noise=dict(read_assignments(noises)), loss=loss, starts=starts,
-        confidence=confidence, **arguments,
-    )  # fmt: skip
+    try:
+        estimate = model.fit(
+            data, varied, match=match, noise=noise, loss=loss, starts=starts,
+            confidence=confidence, **arguments,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        click.echo("interrupted before the estimate was found: nothing is written", err=True)
+        context.exit(INTERRUPTED)
     print_diagnostics(estimate.warnings)
     if out is not None:
         estimate.to_csv(out)

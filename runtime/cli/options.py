@@ -162,9 +162,11 @@ def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None
     return "steady" if steady else None
 
 
-def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """Read the values of `--set`; BG064 where one has no name or no value."""
-    return _read_pairs(texts, '--set "boom.mass=7 t"')
+def read_assignments(
+    texts: tuple[str, ...], example: str = '--set "boom.mass=7 t"'
+) -> tuple[tuple[str, str], ...]:
+    """Read the values of `--set` or a like option; BG064 where one has no name or no value."""
+    return _read_pairs(texts, example)
 
 
 def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

@@ -26,7 +26,9 @@ from bgc.runtime.cli.printing import print_tables
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.results.study_kinds import STUDY_KINDS
 from bgc.runtime.running.sweep import DESIGNS
+from bgc.runtime.studies.sweep import Design, check_reports
 
 _TABLES = (".csv", ".npz")
 _STORE = ".zarr"
@@ -88,7 +90,7 @@ Examples:
 @click.option("--plot", metavar="FILE", help="Draw the observables, or all rows: .png, .svg, .pdf.")
 @click.option(
     "--kind",
-    type=click.Choice(("curves", "map", "contour", "scatter", "histogram")),
+    type=click.Choice(STUDY_KINDS),
     help="Kind of the plot of observables.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler: tcp://10.0.0.5:8786.")
@@ -128,6 +130,8 @@ def sweep(
         raise click.UsageError('give --out FILE, --plot FILE or --observe "max(NAME)"')
     if not observed and (rank or kind):
         raise click.UsageError('--rank and --kind need --observe "max(NAME)"')
+    if kind and plot is None:
+        raise click.UsageError("--kind needs --plot FILE")
     check_target(out, (*_TABLES, _STORE, "-"))
     check_target(plot, _PICTURES)
     store = out if out is not None and Path(out).suffix.lower() == _STORE else None
@@ -136,6 +140,7 @@ def sweep(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
+    check_reports(model, Design(varied, sample, design, seed, cases), kind, rank)
     status = 0
     try:
         found = model.sweep(

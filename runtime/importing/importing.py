@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from bgc.diagnostics.catalogue.files import is_directory
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.files import read_source
@@ -54,6 +55,8 @@ def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
         what = f"{path} is of an unknown kind"
         help = f"name a file in {', '.join(ROBOTS + GRAPHS)}"
         raise BgError([not_importable(what, help=help)])
+    if path.is_dir():
+        raise BgError([is_directory(str(path), f"a file in {', '.join(ROBOTS + GRAPHS)}")])
     source = read_source(path)
     if kind in GRAPHS:
         return Imported(read_bond_graph_tools(source), ())

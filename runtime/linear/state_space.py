@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import singular_mass
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
@@ -192,7 +193,8 @@ class Linearisation:
         return tables_html(tables)
 
     def __repr__(self) -> str:
-        size = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        parts = (("state", self.states), ("input", self.inputs), ("output", self.outputs))
+        size = ", ".join(counted(len(names), noun) for noun, names in parts)
         return f"<bgc linear form at {self.time:g} s: {size}>"
 
     def response(self, omega: Array) -> Complex:

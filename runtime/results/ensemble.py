@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -101,8 +102,8 @@ class Ensemble:
         ended = f", {bad} not completed" if bad else ""
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
         return (
-            f"<bgc ensemble of {self.scene}: {len(self)} instances, "
-            f"{len(self.time)} rows to {end}{ended}>"
+            f"<bgc ensemble of {self.scene}: {counted(len(self), 'instance')}, "
+            f"{counted(len(self.time), 'row')} to {end}{ended}>"
         )
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -297,6 +298,6 @@ class EnsembleInterrupted(KeyboardInterrupt):
 
     def __init__(self, result: Ensemble, kept: bool = False) -> None:
         done = result.status.count(DONE)
-        super().__init__(f"interrupted when {done} of {len(result)} instances were done")
+        super().__init__(f"interrupted when {done} of {counted(len(result), 'instance')} were done")
         self.result = result
         self.kept = kept

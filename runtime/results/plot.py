@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, ScalarFormatter
 
 from bgc.building.built import Panel
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_panel
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
@@ -207,7 +208,7 @@ def plot_ensemble(
             if k == 0 and len(ensemble) <= _MOST_IN_LEGEND:
                 axes.legend()
         axes.set_xlabel("time [s]")
-        figure.suptitle(f"{ensemble.scene}: {len(ensemble)} instances")
+        figure.suptitle(f"{ensemble.scene}: {counted(len(ensemble), 'instance')}")
         if path is not None:
             write_figure(figure, path)
     return figure

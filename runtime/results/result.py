@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from bgc.building.built import Panel
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
@@ -173,7 +174,7 @@ class Result(Mapping[str, Array]):
     def __repr__(self) -> str:
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
         ended = "" if self.status == "done" else f", {self.status}: {self.message}"
-        return f"<bgc result of {self.scene}: {len(self.time)} rows to {end}{ended}>"
+        return f"<bgc result of {self.scene}: {counted(len(self.time), 'row')} to {end}{ended}>"
 
     def _ipython_key_completions_(self) -> list[str]:
         return ["time", *self.columns, *self._vectors()]

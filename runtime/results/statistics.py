@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import Table
@@ -79,14 +80,31 @@ class Statistics:
         return dict(zip(self.columns, row, strict=True))
 
     def table(self) -> Table:
-        """The statistics in the units in which the observables are shown."""
+        """The statistics in the units in which the observables are shown.
+
+        The observables are columns where that makes the narrower table, else rows.
+        """
         rows = []
         for name, count, row, shown in zip(
             self.names, self.counts, self.values, self.shown, strict=True
         ):
             label = f"{name} [{shown.label}]" if shown.label else name
             rows.append((label, str(count), *(f"{x / shown.factor + 0.0:.6g}" for x in row)))
-        return Table("statistics over the runs", ("", "runs", *self.columns), tuple(rows))
+        header: tuple[str, ...] = ("", "runs", *self.columns)
+        title = "statistics over the runs"
+        if len(set(self.counts)) == 1:
+            title = f"statistics over {counted(self.counts[0], 'run')}"
+            header, *rows = (row[:1] + row[2:] for row in (header, *rows))
+        turned = list(zip(header, *rows, strict=True))
+        if _width(turned) < _width([header, *rows]):
+            header, *rows = turned
+        spare = tuple(name for name in ("5 %", "95 %", "50 %") if name in header)
+        return Table(title, header, tuple(rows), spare=spare)
+
+
+def _width(rows: Sequence[Sequence[str]]) -> int:
+    """Characters of a line of a table, two between its columns."""
+    return sum(max(map(len, column)) + 2 for column in zip(*rows, strict=True))
 
 
 def statistics(study: Runs, quantiles: Sequence[float]) -> Statistics:
@@ -154,7 +172,7 @@ class Sensitivity:
                 if self.total.size:
                     cells += [f"{self.total[k, i]:.3f}", _interval(self.total_interval[k, i])]
                 rows.append((parameter, *cells))
-            title = f"{name}: influence of the parameters, from {self.runs[k]:,} runs"
+            title = f"{name}: influence of the parameters, from {counted(self.runs[k], 'run')}"
             found.append(Table(title, header, tuple(rows)))
         return found
 
@@ -195,9 +213,10 @@ def sensitivity(study: Runs, confidence: float) -> Sensitivity:
 _Part = tuple[Array, Array]
 
 
-def _enough(count: int) -> None:
+def check_enough(count: int) -> None:
+    """Raise BG066 for too few runs (base points of a `saltelli` sample) to rank parameters."""
     if count < _FEWEST:
-        wanted = f"{_FEWEST} runs with finite values or more, to rank parameters"
+        wanted = f"a sample of {_FEWEST} runs or more, as a ranking needs"
         raise BgError([bad_option("sample", count, wanted, "64")])
 
 
@@ -206,7 +225,7 @@ def _sobol(study: Runs, values: Array, confidence: float) -> tuple[_Part, _Part,
     count = len(study.parameters)
     blocks = values.reshape(count + 2, -1)  # A, B, then A with one column of B each
     blocks = blocks[:, np.isfinite(blocks).all(axis=0)]
-    _enough(blocks.shape[1])
+    check_enough(blocks.shape[1])
     base = blocks[:2].mean()
     a, b, mixed = blocks[0] - base, blocks[1] - base, blocks[2:] - base
 
@@ -239,7 +258,7 @@ def _ranks(study: Runs, values: Array, confidence: float) -> tuple[_Part, _Part,
 
     some = np.isfinite(values)
     count = int(some.sum())
-    _enough(count)
+    check_enough(count)
     result = _centred(rankdata(values[some]))
     found, intervals = [], []
     for column in study.parameters.values():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -88,7 +89,8 @@ class Study:
     def __repr__(self) -> str:
         bad = len(self) - self.status.count(DONE)
         ended = f", {bad} not completed" if bad else ""
-        return f"<bgc study of {self.scene}: {len(self)} runs, {', '.join(self.names)}{ended}>"
+        runs = counted(len(self), "run")
+        return f"<bgc study of {self.scene}: {runs}, {', '.join(self.names)}{ended}>"
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.names, *self.parameters]
@@ -247,6 +249,6 @@ class StudyInterrupted(KeyboardInterrupt):
 
     def __init__(self, result: Study, kept: bool = False) -> None:
         done = result.status.count(DONE)
-        super().__init__(f"interrupted when {done} of {len(result)} runs were done")
+        super().__init__(f"interrupted when {done} of {counted(len(result), 'run')} were done")
         self.result = result
         self.kept = kept

@@ -12,13 +12,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from bgc.diagnostics.catalogue.arguments import bad_option, unknown_column
+from bgc.diagnostics.catalogue import counted
+from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, Picture, write_figure
 from bgc.runtime.results.result import UnknownColumn
 from bgc.runtime.results.statistics import Runs
+from bgc.runtime.results.study_kinds import check_kind
 
 _PANELS = 6
 _CURVES = 10  # values of the other parameters that get a curve of their own
@@ -42,16 +44,10 @@ def plot_study(
     if not names or not np.isfinite(study.values).any():
         raise BgError([nothing_to_draw("no run has a finite observable")])
     chosen = kind or _usual(study)
-    if chosen not in _DRAWN:
-        raise BgError([bad_option("kind", chosen, f"one of {', '.join(_DRAWN)}", "scatter")])
-    if chosen in ("map", "contour") and len(study.parameters) != 2:
-        wanted = "`scatter`, or `curves`, where the number of varied parameters is not 2"
-        raise BgError([bad_option("kind", chosen, wanted, "scatter")])
-    if chosen != "histogram" and not study.parameters:
-        raise BgError([bad_option("kind", chosen, "`histogram` where nothing is varied", "")])
+    check_kind(chosen, len(study.parameters))
     with matplotlib.rc_context(STYLE):
         figure = _DRAWN[chosen](study, names)
-        figure.suptitle(f"{study.scene}: {len(study)} runs")
+        figure.suptitle(f"{study.scene}: {counted(len(study), 'run')}")
         if path is not None:
             write_figure(figure, path)
     return figure

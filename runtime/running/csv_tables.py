@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.files import unreadable
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError
@@ -66,7 +67,7 @@ def read_columns(path: str | Path) -> dict[tuple[str, str], Array]:
     table = np.empty((len(rows), len(heads)))
     for k, (number, row) in enumerate(rows):
         if len(row) != len(heads):
-            reason = f"it has {len(row)} cells below {len(heads)} headings"
+            reason = f"it has {counted(len(row), 'cell')} below {counted(len(heads), 'name')}"
             raise BgError([bad_case_table(str(path), reason, number)])
         table[k] = [number_of(cell, path, number) for cell in row]
     return {head: table[:, k] for k, head in enumerate(heads)}

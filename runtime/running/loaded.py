@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS, Built, Places, RunFacts
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import wrong_state
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
@@ -102,8 +103,9 @@ class LoadedModel:
 
     def __repr__(self) -> str:
         return (
-            f"<bgc model {self.facts.scene}: {len(self.states)} states, "
-            f"{len(self.parameters)} parameters, {len(self.outputs)} outputs>"
+            f"<bgc model {self.facts.scene}: {counted(len(self.states), 'state')}, "
+            f"{counted(len(self.parameters), 'parameter')}, "
+            f"{counted(len(self.outputs), 'output')}>"
         )
 
     @property

@@ -8,14 +8,14 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.ensembles import varied_twice
-from bgc.diagnostics.catalogue.studies import cannot_fit
+from bgc.diagnostics.catalogue.studies import cannot_fit, not_bounds
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import name_in_si
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import Variable
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import Quantity, in_si
-from bgc.runtime.running.sweep import Range, sobol
+from bgc.runtime.running.sweep import Listed, Range, sobol
 from bgc.runtime.studies.sweep import Vary, read_axes
 
 
@@ -24,10 +24,14 @@ def read_bounds(vary: Vary, parameters: Parameters) -> list[Range]:
 
     Bounds outside the range of a parameter are moved to its ends.
 
-    Raises BgError: BG743, BG744, and those of a wrong name or unit.
+    Raises BgError: BG565 for a number of values, BG743, BG744, and those of a wrong name or unit.
     """
     found: list[Range] = []
-    for axis in read_axes(vary, parameters):
+    texts = [f"{n}={v}" for n, v in vary.items()] if isinstance(vary, Mapping) else list(vary)
+    for axis, text in zip(read_axes(vary, parameters), texts, strict=True):
+        several = isinstance(axis, Listed) and len(axis.values()) != 2
+        if several or (isinstance(axis, Range) and (":" in text or text.endswith(" log"))):
+            raise BgError([not_bounds(text)])
         if any(axis.name == each.name for each in found):
             raise BgError([varied_twice(axis.name)])
         ends = [axis.low, axis.high] if isinstance(axis, Range) else axis.values().tolist()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.printing.tables import Table, table_text
@@ -96,7 +97,7 @@ class Estimate:
         header = ("", "estimate", f"{100 * self.confidence:g} % interval", "start", "")
         ended = "" if self.converged else "the iteration did not converge"
         failed = f", {self.failed} of which failed" if self.failed else ""
-        note = "\n".join(filter(None, (f"{self.runs} runs{failed}", ended)))
+        note = "\n".join(filter(None, (f"{counted(self.runs, 'run')}{failed}", ended)))
         found = [Table(f"{self.scene}: estimated parameters", header, tuple(rows), note)]
         columns = []
         for k, name in enumerate(self.recorded.names):

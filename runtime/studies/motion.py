@@ -18,6 +18,8 @@ from bgc.runtime.results.result import Result
 from bgc.runtime.running.csv_tables import factor, read_columns
 from bgc.runtime.running.loaded import LoadedModel, Variable
 
+_LARGEST = 1e100  # value: sums of its squares, weighted, are far from the largest double
+
 Motion: TypeAlias = str | Path | Result | Mapping[str, Array]
 """A CSV file with the column `time`, a result, or columns by name (SI)."""
 
@@ -92,6 +94,10 @@ def read_motion(
         if len(values) != len(time):
             raise BgError([bad_case_table(path, f"`{name}` and `time` differ in length")])
         fitted[variable.name] = values * _into(unit, name, variable)
+        largest = float(np.abs(fitted[variable.name][np.isfinite(values)]).max(initial=0.0))
+        if largest > _LARGEST:
+            reason = f"`{name}` has a value of {largest:.3g}, whose square is no longer a number"
+            raise BgError([cannot_fit(reason, "correct the value or its unit")])
     if not fitted:
         recorded = ", ".join(f"`{name}`" for name in columns_found)
         observed = ", ".join(f"`{v.name}`" for v in model.outputs)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.doors import with_doors
@@ -64,7 +65,7 @@ def read_scatter(path: str | Path) -> Scatter:
     heights = np.empty(len(rows))
     for k, (number, row) in enumerate(rows):
         if len(row) != len(header):
-            reason = f"it has {len(row)} cells below {len(header)} headings"
+            reason = f"it has {counted(len(row), 'cell')} below {counted(len(header), 'name')}"
             raise BgError([bad_case_table(str(path), reason, number)])
         heights[k] = number_of(row[0], path, number)
         table[k] = [number_of(cell, path, number) if cell else 0.0 for cell in row[1:]]

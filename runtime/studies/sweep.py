@@ -14,7 +14,9 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import Observable, read_observables
+from bgc.runtime.results.statistics import check_enough
 from bgc.runtime.results.study import Study
+from bgc.runtime.results.study_kinds import check_kind
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.csv_tables import read_cases
 from bgc.runtime.running.loaded import LoadedModel
@@ -62,6 +64,16 @@ class Design:
             raise BgError([bad_option("design", self.design, wanted, "sample 256")])
         given = read_cases(self.cases, parameters) if self.cases is not None else None
         return points(read_axes(self.vary, parameters), self.sample, self.design, self.seed, given)
+
+
+def check_reports(model: LoadedModel, chosen: Design, kind: str | None, rank: bool) -> None:
+    """Raise BG066, before any run, for a plot or a ranking that the points do not permit."""
+    values = chosen.values(model.parameters)
+    if kind is not None:
+        check_kind(kind, len(values))
+    if rank:
+        runs = len(next(iter(values.values()), ()))
+        check_enough(runs // (len(values) + 2) if chosen.name == "saltelli" else runs)
 
 
 def read_axes(vary: Vary, parameters: Parameters) -> list[Axis]:

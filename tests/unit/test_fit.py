@@ -175,3 +175,37 @@ def test_the_command_reads_units_and_prints_intervals(file, model, tmp_path):
     cells = dict(line.split(",", 1) for line in out.read_text().splitlines()[1:])
     assert float(cells["k"].split(",")[0]) == pytest.approx(40, rel=1e-4)
     assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_hostile_arguments_of_the_command_end_in_a_sentence(file, tmp_path, monkeypatch):
+    x, v = motion()
+    data = tmp_path / "m.csv"
+    rows = (f"{a},{b},{c}" for a, b, c in zip(TIME, x, v, strict=True))
+    data.write_text("\n".join(["time,x [mm],v", *rows]))
+    huge = tmp_path / "huge.csv"
+    huge.write_text("time,x\n0.1,1e300\n0.2,1e300\n")
+    short = tmp_path / "short.csv"
+    short.write_text("time,x\n1\n")
+
+    def fit(*arguments: str, table: Path = data) -> str:
+        given = ["fit", str(file), "--data", str(table), *arguments]
+        done = CliRunner().invoke(application, given)
+        assert done.exit_code == 1, done.output
+        assert "Warning:" not in done.output and "Traceback" not in done.output
+        return done.output
+
+    assert "BG479" in fit("--vary", "k=1..1000 N/m", table=huge)
+    assert "it has 1 cell below 2 names" in fit("--vary", "k=1..1000 N/m", table=short)
+    for text in ("k=1..1000 N/m:7", "k=1..1000 N/m log", "k=1, 2, 3"):
+        assert "BG565" in fit("--vary", text)
+    assert '`--noise "x=2 mm"`' in fit("--vary", "k=1..9", "--noise", "3")
+    assert '`--match "position=x"`' in fit("--vary", "k=1..9", "--match", "x")
+    assert "its parameters are `mass`, `k`" in fit("--vary", "stiff=1..9")
+
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Model, "fit", interrupt)
+    given = ["fit", str(file), "--data", str(data), "--vary", "k=1..9"]
+    done = CliRunner().invoke(application, given)
+    assert done.exit_code == 130 and "interrupted before the estimate" in done.output

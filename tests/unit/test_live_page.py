@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 import time
 
 import numpy as np
@@ -257,6 +258,12 @@ def test_what_cannot_be_a_page_is_refused(file, model, monkeypatch, tmp_path):
     assert lost.code == "BG074" and "grip.csv" in lost.message
     monkeypatch.setattr(modules, "ZIGLANG", ("false",))
     assert code_of(lambda: modules.build_module("int x;", open_cache())).code == "BG547"
+    broken = tmp_path / "broken.py"
+    broken.write_text("raise ImportError('its files are lost')")
+    monkeypatch.setattr(modules, "ZIGLANG", (sys.executable, str(broken)))
+    found = code_of(lambda: modules.build_module("int x;", open_cache()))
+    assert found.code == "BG547" and "--force-reinstall ziglang" in found.help
+    assert found.note == "ImportError: its files are lost"
     monkeypatch.setattr(modules, "find_spec", lambda name: None)
     absent = code_of(model.live)
     assert absent.code == "BG545" and 'pip install "bgc-lang[zig]"' in absent.help

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
+from bgc.printing.tables import table_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.study import Study, StudyInterrupted
@@ -181,7 +182,7 @@ def test_the_command_equals_the_method_and_draws(file, model, tmp_path):
     done = run(file, *vary, "--observe", "max(x)", "--rank", "--out", out, "--plot", plot)
     assert done.exit_code == 0, done.output
     assert plot.read_bytes().startswith(b"\x89PNG")
-    assert "statistics over the runs" in done.output and "influence" in done.output
+    assert "statistics over 9 runs" in done.output and "influence" in done.output
     study = model.sweep({"mass": "1..3 kg:3", "k": "20, 30, 40 N/m"}, ["max(x)"])
     with out.open() as lines:
         rows = list(csv.DictReader(lines))
@@ -193,3 +194,29 @@ def test_the_command_equals_the_method_and_draws(file, model, tmp_path):
         extra = ("--cases", out) if wrong[0] == "--observe" else ()
         refused = run(file, *vary, *wrong, *extra, "--out", tmp_path / "w.csv")
         assert refused.exit_code in (1, 2) and not (tmp_path / "w.csv").exists()
+
+
+def test_reports_that_do_not_fit_are_refused_before_the_runs(file, model, tmp_path, monkeypatch):
+    def never(*args: object, **kwargs: object) -> None:
+        raise AssertionError("it runs")
+
+    monkeypatch.setattr(type(model), "sweep", never)
+    vary = ("--vary", "mass=1..3 kg:3", "--observe", "max(x)")
+    plot = ("--plot", tmp_path / "o.png")
+    for arguments, wanted in (
+        ((*vary, "--kind", "map", *plot), "not a plot of 1 varied parameter"),
+        ((*vary, "--rank"), "8 runs or more"),
+        ((*vary, "--kind", "map"), "--kind needs --plot"),
+    ):
+        done = run(file, *arguments)
+        assert done.exit_code in (1, 2) and wanted in done.output, done.output
+
+
+def test_a_table_of_statistics_takes_the_narrower_form(model):
+    study = model.sweep({"mass": "1..3 kg:3"}, ["max(x)", "rms(x)", "peak(x) from 0.1 s"])
+    table = study.statistics().table()
+    assert table.title == "statistics over 3 runs" and table.header[1] == "max(x) [mm]"
+    assert max(map(len, table_text(table).splitlines())) <= 79
+    many = [f"quantile(x, 0.{k})" for k in range(10, 50, 3)]
+    wide = model.sweep({"mass": [1.0]}, many).statistics().table()
+    assert wide.title == "statistics over 1 run" and wide.header[1:3] == ("mean", "sd")

@@ -70,6 +70,11 @@ def listed(names: Sequence[str], limit: int = 8) -> str:
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
 
 
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: `1 run`, `1,200 runs`."""
+    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
+
+
 def with_article(kind: str) -> str:
     """Put `a` or `an` before a kind, as spoken: `an Se`, `a C`, `an Arm`, `an 8 x 3 ..`."""
     return f"an {kind}" if _AFTER_AN.match(kind) else f"a {kind}"

@@ -21,10 +21,12 @@ def unknown_parameter(name: str, known: Iterable[str]) -> Diagnostic:
 
     Way out: use one of the names suggested; `bgc show FILE --after slice` shows what was dropped.
     """
+    names = list(known)
     return error(
         "BG060",
         f"the compiled model has no parameter `{name}`",
-        help=did_you_mean(name, known) or "use one of the names in `model.parameters`",
+        help=did_you_mean(name, names)
+        or (f"its parameters are {listed(names)}" if names else "nothing in it can be set"),
     )
 
 
@@ -186,9 +188,9 @@ def wrong_unit(name: str, given: str, unit: str) -> Diagnostic:
 
 
 def bad_assignment(text: str, example: str) -> Diagnostic:
-    """BG064: `--set` or `--use` without a name and a value
+    """BG064: an option without a name and a value
 
-    What: the text is not of the form `name=value`.
+    What: the text of `--set`, `--use`, `--match` or `--noise` is not of the form `name=value`.
 
     Why: a parameter is set, and a slot filled, as `full.name=value`.
 
@@ -196,8 +198,14 @@ def bad_assignment(text: str, example: str) -> Diagnostic:
 
     Way out: write `--set boom.mass=7e3` or `--set "boom.mass=7 t"`; `--use "elbow.lock=Rigid[5]"`.
     """
-    found = f"`{text}` is" if text.strip() else "an empty text is"
-    return error("BG064", f"{found} not of the form name=value", help=f"write `{example}`")
+    option = example.partition(" ")[0]
+    if not text.strip():
+        problem = "an empty text"
+    elif "=" not in text:
+        problem = f"`{text}` without `=` and a value"
+    else:
+        problem = f"`{text}` without a {'name' if text.strip().startswith('=') else 'value'}"
+    return error("BG064", f"`{option}` is given {problem}", help=f"write `{example}`")
 
 
 def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:

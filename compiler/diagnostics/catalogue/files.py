@@ -18,15 +18,15 @@ def file_missing(name: str) -> Diagnostic:
     return error("BG001", f"there is no file `{name}`", help="check the path and its spelling")
 
 
-def is_directory(name: str) -> Diagnostic:
+def is_directory(name: str, wanted: str = "a `.bg` file") -> Diagnostic:
     """BG002: a directory in place of a file
 
     What: the path names a directory.
     Why: bgc compiles one model file at a time; that file imports the others.
     Example: `bgc run models/`
-    Way out: name a `.bg` file in the directory.
+    Way out: name a file in the directory: a `.bg` file, or for `bgc import` that of a robot.
     """
-    return error("BG002", f"`{name}` is a directory", help="name a `.bg` file")
+    return error("BG002", f"`{name}` is a directory", help=f"name {wanted} in it")
 
 
 def unreadable(name: str, reason: str) -> Diagnostic:

@@ -39,12 +39,21 @@ def page_not_compiled(compiler: str, output: str) -> Diagnostic:
 
     Example: `bgc build crane.bg --target html` with a full disk.
 
-    Way out: remove the reason that the compiler gives.
+    Way out: remove the reason that the compiler gives. Where the package `ziglang` itself fails,
+    install it again.
     """
+    lines = output.splitlines()
+    if any(line.startswith("Traceback ") for line in lines):
+        return error(
+            "BG547",
+            f"the package of the C compiler `{compiler}` does not work",
+            note=lines[-1].strip(),
+            help="install it again: `pip install --force-reinstall ziglang`",
+        )
     return error(
         "BG547",
         f"the C compiler `{compiler}` cannot compile the model to WebAssembly",
-        note="\n".join(output.splitlines()[:20]),
+        note="\n".join(lines[:20]),
         help="remove the reason above; the compiler keeps its files in `~/.cache/zig`, or in the "
         "folder that ZIG_GLOBAL_CACHE_DIR names",
     )

@@ -48,7 +48,31 @@ def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
     Way out: correct the line; decimal points are points, and columns are separated by commas.
     """
     place = f"line {line} of `{path}`" if line else f"`{path}`"
-    return error("BG788", f"{place} cannot be read: {reason}", help="see `bgc doc BG788`")
+    return error(
+        "BG788",
+        f"{place} cannot be read: {reason}",
+        help="write one line of names, `time,mass [t]`, and below it lines of as many numbers, "
+        "separated by commas",
+    )
+
+
+def not_bounds(text: str) -> Diagnostic:
+    """BG565: values of a parameter in place of its bounds
+
+    What: `--vary` of `bgc fit` gives a number of values, `log`, or a list of other than two.
+
+    Why: an estimation looks for the best value between two bounds, and takes its own values
+    there. A sweep runs given values.
+
+    Example: `bgc fit lift.bg --data lift.csv --vary "k=50..500 N/m:7"`
+
+    Way out: `--vary "k=50..500 N/m"`; `--starts 7` tries several starting points.
+    """
+    return error(
+        "BG565",
+        f"`{text}` gives values, and an estimation takes the bounds of a parameter",
+        help='write `--vary "NAME=LOW..HIGH UNIT"`; `--starts 7` tries several starting points',
+    )
 
 
 def other_study(path: str, reason: str) -> Diagnostic:
