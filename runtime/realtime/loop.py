@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from threading import Event, Lock, Thread
 from types import TracebackType
@@ -15,7 +15,6 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import device_not_opened
 from bgc.diagnostics.catalogue.exchange import cannot_exchange
 from bgc.diagnostics.catalogue.realtime import (
-    no_pointer,
     python_device_failed,
     recording_ended,
     thread_left,
@@ -31,8 +30,9 @@ from bgc.runtime.realtime.course import (
 )
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.passivity import Coupling, couplings, lag_warnings
+from bgc.runtime.realtime.pointers import Pointers
 from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, stamp
-from bgc.runtime.realtime.records import Recorder, forces_of, rows_of, whole_poses_of
+from bgc.runtime.realtime.records import Kept, Recorder, forces_of, rows_of, whole_poses_of
 from bgc.runtime.realtime.report import Report, report_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
@@ -42,7 +42,7 @@ from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.poses import FED, pose_words
+from bgc.runtime.running.poses import pose_words
 from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.simulate import method_of, named_result
@@ -86,7 +86,7 @@ class Realtime:
         clock: ClockStruct | None = None,
     ) -> None:
         self.warnings: list[Diagnostic] = []
-        self._on_records, self._keep = on_records, keep
+        self._on_records = on_records
         self._given = options.checked()
         self._parameters = parameters or {}
         self._final: Report | None = None
@@ -102,6 +102,7 @@ class Realtime:
         self._defaults = library.defaults
         self._options = options_of(course, library.defaults(), self._given, duration)
         self._servo = Servo(library, course.instance, self._options, model.row_width, clock)
+        self._pointers = Pointers(self._servo, self._found, course.instance)
         try:
             self._open_devices()
             if course.rests:
@@ -112,10 +113,9 @@ class Realtime:
             raise
         self._record = record
         self._recorder = None if record is None else Recorder(record, self.devices)
-        self._kept: list[Array] = []
-        self._latest: Array | None = None
+        self._kept = Kept(keep, self._servo.record_size)
         self._news, self._ended = Event(), Event()
-        self._taking, self._exchanging = Lock(), Lock()
+        self._exchanging = Lock()
         self._drain: Thread | None = None
         self._threads: list[PythonThread] = []
 
@@ -149,7 +149,12 @@ class Realtime:
         self._drain = Thread(target=self._take_until_end, daemon=True)
         self._drain.start()
         self._threads = [
-            PythonThread(own, self._feeder(name), self._force_of(name), self._failer(name))
+            PythonThread(
+                own,
+                partial(self.pointer, device=name),
+                partial(self._written, name),
+                partial(self._fail_device, name),
+            )
             for name, own in self._own.items()
         ]
         return self
@@ -327,7 +332,7 @@ class Realtime:
     def _present_poses(self) -> Array:
         if self._drain is None:
             self._take()  # from within the loop's own thread
-        latest = self._latest
+        latest = self._kept.latest
         if latest is None or not self.devices:
             return resting_poses(len(self.devices))
         return np.vstack([whole_poses_of(latest, k) for k in range(len(self.devices))])
@@ -335,9 +340,8 @@ class Realtime:
     def _follow_exchange(self) -> None:
         """Go on to the records of the next course."""
         self._servo.next()
-        with self._taking:
-            self._kept, self._latest = [], None
-            self._read += 1
+        self._kept.forget(self._servo.record_size)
+        self._read += 1
         if self._record is not None:
             self._close_recorder()
             path = self._record.with_stem(f"{self._record.stem}_{self._read + 1}")
@@ -385,14 +389,15 @@ class Realtime:
 
     def latest(self) -> dict[str, float]:
         """The outputs of the last sample by name; empty before the first."""
-        if self._latest is None:
+        latest = self._kept.latest
+        if latest is None:
             return {}
-        row = self._course.outputs(rows_of(self._latest, len(self.devices)))[-1]
+        row = self._course.outputs(rows_of(latest, len(self.devices)))[-1]
         return dict(zip(self.columns, row.tolist(), strict=True))
 
     def last_force(self, index: int) -> list[float]:
         """The values written to a device in the last sample, 7 numbers; zero before the first."""
-        latest = self._latest
+        latest = self._kept.latest
         return [0.0] * 7 if latest is None else forces_of(latest, index)[-1].tolist()
 
     def pause(self, seconds: float) -> None:
@@ -401,10 +406,7 @@ class Realtime:
 
     @property
     def _records(self) -> Array:
-        with self._taking:
-            if len(self._kept) > 1:
-                self._kept = [np.concatenate(self._kept)[-self._keep :]]
-            return self._kept[0] if self._kept else np.empty((0, self._servo.record_size))
+        return self._kept.all()
 
     def _take_until_end(self) -> None:
         while not self._ended.is_set():
@@ -426,11 +428,7 @@ class Realtime:
                     return
                 self._follow_exchange()
                 continue
-            with self._taking:
-                self._kept.append(records)
-                self._latest = records[-1:]
-                if sum(map(len, self._kept)) > 2 * self._keep:
-                    self._kept = [np.concatenate(self._kept)[-self._keep :]]
+            self._kept.add(records)
             if self._recorder is not None:
                 self._recorder.write(records)
             if self._on_records is not None:
@@ -470,36 +468,16 @@ class Realtime:
         BgError
             BG777: no device is a pointer, or several are.
         """
-        index = self._pointer_index(device)
-        if self._final is not None:
-            return
-        rates = velocity, angular_velocity
-        words = pose_words(position, orientation, rates, gripper, buttons, stamp())
-        # The drivers are those of the first model.
-        feed = self._courses[0].instance.library.functions.bgc_feed_pointer
-        handle = ctypes.c_void_p(self._servo.handle(index))
-        feed(handle, words.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
+        index = self._pointers.index(device)
+        if self._final is None:
+            rates = velocity, angular_velocity
+            words = pose_words(position, orientation, rates, gripper, buttons, stamp())
+            self._pointers.feed(index, words)
 
-    def _pointer_index(self, device: str | None) -> int:
-        pointers = [k for k, found in enumerate(self._found) if found.driver in FED]
-        wanted = [k for k in pointers if device in (None, self.devices[k])]
-        if len(wanted) != 1:
-            raise BgError([no_pointer([self.devices[k] for k in pointers])])
-        return wanted[0]
+    def _written(self, name: str) -> Array | None:
+        latest = self._kept.latest
+        return None if latest is None else forces_of(latest, self.devices.index(name))[-1]
 
-    def _feeder(self, name: str) -> Callable[..., None]:
-        return lambda **pose: self.pointer(**pose, device=name)
-
-    def _force_of(self, name: str) -> Callable[[], Array | None]:
-        def force() -> Array | None:
-            latest = self._latest
-            return None if latest is None else forces_of(latest, self.devices.index(name))[-1]
-
-        return force
-
-    def _failer(self, name: str) -> Callable[[str], None]:
-        def failed(reason: str) -> None:
-            self.warnings.append(python_device_failed(name, quotable(reason)))
-            self._servo.stop(at_once=True)
-
-        return failed
+    def _fail_device(self, name: str, reason: str) -> None:
+        self.warnings.append(python_device_failed(name, quotable(reason)))
+        self._servo.stop(at_once=True)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from threading import Lock
 from typing import IO
+
+import numpy as np
 
 from bgc.runtime.realtime.binding import EFFORT_SIZE, POSE_SIZE, RECORD_HEAD
 from bgc.runtime.results.arrays import Array
@@ -45,6 +48,38 @@ def held_of(records: Array, device: int) -> Array:
     """Force that the hand held between a sample and the one before, and its age, (n, 4)."""
     end = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE
     return records[:, end - len(_HELD) : end]
+
+
+class Kept:
+    """The last records of a loop, at least `keep` of them once they are there; for any thread."""
+
+    def __init__(self, keep: int, width: int) -> None:
+        self._keep, self._width = keep, width
+        self._parts, self._lock = list[Array](), Lock()
+        self.latest: Array | None = None
+
+    def add(self, records: Array) -> None:
+        """Append records; those of long ago are forgotten."""
+        with self._lock:
+            self._parts.append(records)
+            self.latest = records[-1:]
+            if sum(map(len, self._parts)) > 2 * self._keep:
+                self._join()
+
+    def forget(self, width: int) -> None:
+        """Forget all: those that follow are those of another model."""
+        with self._lock:
+            self._parts, self.latest, self._width = [], None, width
+
+    def all(self) -> Array:
+        """The records that are kept, (n, width); of a loop that has ended too."""
+        with self._lock:
+            if len(self._parts) > 1:
+                self._join()
+            return self._parts[0] if self._parts else np.empty((0, self._width))
+
+    def _join(self) -> None:
+        self._parts = [np.concatenate(self._parts)[-self._keep :]]
 
 
 class Recorder:

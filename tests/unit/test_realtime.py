@@ -282,6 +282,13 @@ def test_a_saturated_motor_and_a_patient_loop_go_on(bench: Bench) -> None:
     assert report.end is End.DONE and report.no_news == 49
 
 
+def test_a_loop_that_ended_before_its_first_sample_has_no_rows(bench: Bench) -> None:
+    """Its arrays are empty, although the loop of C is gone."""
+    loop = bench.make(duration=0.1)
+    loop.stop()
+    assert loop.rows.shape == (0, len(loop.columns)) and len(loop.time) == 0
+
+
 def test_a_lag_beyond_the_one_that_a_device_states_is_said(bench: Bench) -> None:
     """BG783 with the largest lag and the samples above it; at the stated lag nothing is said."""
     report = bench.make("fault=old,delay=3", 0.5).run_here()
