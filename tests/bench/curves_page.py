@@ -139,6 +139,7 @@ def _draw(points: Sequence[Point], unit: str, path: Path) -> None:
 
     mpl.use("svg")
     from matplotlib import pyplot as plt
+    from matplotlib.ticker import FormatStrFormatter
 
     curves = _curves(points)
     families = list(dict.fromkeys(family for family, _, _ in curves))
@@ -164,6 +165,7 @@ def _draw(points: Sequence[Point], unit: str, path: Path) -> None:
             axis.set_xlabel(of)
             axis.set_xticks(sorted(sizes), [str(each) for each in sorted(sizes)])
             axis.minorticks_off()
+            axis.yaxis.set_major_formatter(FormatStrFormatter("%g"))
             axis.grid(visible=True, color="#e5e7eb", linewidth=0.6)
             axis.spines[["top", "right"]].set_visible(False)
             if place % columns == 0:
