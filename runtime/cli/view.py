@@ -20,10 +20,12 @@ from bgc.runtime.cli.options import (
     check_target,
     device_option,
     method_options,
+    point_options,
     preview_option,
     read_assignments,
     read_devices,
     read_method,
+    read_point,
     read_uses,
     scene_option,
     set_option,
@@ -66,6 +68,8 @@ _PAGES = (".html", ".htm")
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port; a free one if omitted."
 )
+@click.option("--modes", is_flag=True, help="Show the modes of the linear form, one by one.")
+@point_options
 @click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
 @click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
 def view(
@@ -78,6 +82,9 @@ def view(
     preview: bool,
     export: str | None,
     port: int,
+    modes: bool,
+    at: str | None,
+    steady: bool,
     no_browser: bool,
     quiet: bool,
     devices: tuple[str, ...],
@@ -90,8 +97,14 @@ def view(
 
     The page is served to this machine alone, behind a token, until Ctrl-C ends the command.
     `--export` runs the scene and writes its replay as one file that needs no server.
+
+    `--modes` shows the modes at the initial state, at a time (--at) or in equilibrium (--steady),
+    with frequencies and damping ratios; the page swings the shapes in one of them.
     """
     check_target(export, _PAGES)
+    if (at is not None or steady) and not modes:
+        raise click.UsageError("--at and --steady need --modes")
+    where = read_point(at, steady)
     bundle()  # reports first that there is no page
     if file.suffix.lower() in RESULTS:
         recording = read_recording(file)
@@ -111,7 +124,16 @@ def view(
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)
-    if export is not None:
+    if modes:
+        # Loads the compiler, which a model from the cache does without.
+        from bgc.runtime.view.modes import record_modes
+
+        found = record_modes(model, file, options, where)
+        if export is not None:
+            _export(found, export, quiet)
+        else:
+            _serve_recording(found, port, no_browser)
+    elif export is not None:
         _export_run(model, file, {**arguments, "devices": chosen}, export, quiet)
     else:
         _serve_model(model, file, arguments, read_choices(chosen), port, no_browser)

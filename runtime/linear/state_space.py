@@ -119,18 +119,7 @@ class Linearisation:
         """Modes by rising frequency, one of each conjugate pair, with their states."""
         if not self.is_explicit or not len(self.A):
             return modes_of(self.eigenvalues())
-        # Slow to load; NumPy has no left eigenvectors.
-        from scipy.linalg import eig
-
-        values, left, right = eig(self.A, left=True, right=True)
-        found = []
-        for k in np.flatnonzero(values.imag >= 0):
-            part = np.abs(left[:, k].conj() * right[:, k])
-            part = part / part.sum() if part.sum() > 0 else part
-            order = np.argsort(-part, kind="stable")
-            shares = tuple((self.states[i], float(part[i])) for i in order)
-            found.append(_mode(complex(values[k]), shares))
-        return _by_frequency(found)
+        return modes_with_vectors(self.A, self.E, self.states)[0]
 
     def to_ss(self, package: Literal["scipy", "control"] = "scipy") -> Any:
         """Return a state space of SciPy, or of python-control with the names of all signals.
@@ -238,6 +227,34 @@ def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:
 def modes_of(eigenvalues: Complex) -> tuple[Mode, ...]:
     """Make modes of eigenvalues, by rising frequency, one of each conjugate pair."""
     return _by_frequency([_mode(value) for value in eigenvalues.tolist() if value.imag >= 0])
+
+
+def modes_with_vectors(
+    matrix: Array, mass: Array, states: Sequence[str]
+) -> tuple[tuple[Mode, ...], Complex]:
+    """Compute the modes of `mass dy' = matrix dy` with their states, by rising frequency.
+
+    One of each conjugate pair; the columns of the second result, (n, modes), are its right
+    eigenvectors.
+    """
+    if not len(matrix):
+        return (), np.empty((0, 0), dtype=np.complex128)
+    # Slow to load; NumPy has no left eigenvectors.
+    from scipy.linalg import eig
+
+    explicit = np.array_equal(mass, np.eye(len(mass)))
+    values, left, right = eig(matrix, None if explicit else mass, left=True, right=True)
+    found = []
+    for k in np.flatnonzero(np.isfinite(values) & (values.imag >= 0)):
+        part = np.abs(left[:, k].conj() * right[:, k])
+        part = part / part.sum() if part.sum() > 0 else part
+        order = np.argsort(-part, kind="stable")
+        shares = tuple((states[i], float(part[i])) for i in order)
+        found.append((_mode(complex(values[k]), shares), right[:, k].astype(np.complex128)))
+    found.sort(key=lambda pair: (pair[0].frequency, abs(pair[0].eigenvalue)))
+    vectors = [vector for _, vector in found]
+    stacked = np.stack(vectors, axis=1) if vectors else np.empty((len(matrix), 0), np.complex128)
+    return tuple(mode for mode, _ in found), stacked
 
 
 def without_algebraic(

@@ -25,9 +25,14 @@ from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
 from bgc.runtime.linear.equilibrium import Tangent, find_equilibrium, find_zero
-from bgc.runtime.linear.state_space import Linearisation, without_algebraic
+from bgc.runtime.linear.state_space import (
+    Linearisation,
+    Mode,
+    modes_with_vectors,
+    without_algebraic,
+)
 from bgc.runtime.linearising.chains import ClosedChains
-from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.simulate import state_after
 
@@ -178,6 +183,26 @@ class OpenedModel:
             shown={s.name: s.shown for s in states if s.shown is not None},
         )  # fmt: skip
 
+    def mode_shapes(self, point: OperatingPoint) -> tuple[tuple[Mode, ...], Complex]:
+        """Compute the modes at a point, and the changes of all states in them, (n, modes), SI.
+
+        The eigenvector of each mode, with the states that algebraic equations and closed chains
+        determine; one of each conjugate pair, by rising frequency.
+        """
+        n = len(self.opened.program.states)
+        by_state = self.by_state(point)
+        follow, free = self.coordinates(point)
+        A, _, C, _, E, left = without_algebraic(
+            by_state[free] @ follow,
+            np.empty((len(free), 0)),
+            follow,
+            np.empty((n, 0)),
+            self.mass()[free] @ follow,
+        )
+        names = [self.opened.program.states[k].name for k in free[left]]
+        modes, vectors = modes_with_vectors(A, E, names)
+        return modes, C @ vectors
+
     def coordinates(self, point: OperatingPoint) -> Tangent:
         """Choose independent states: all of them where there are no closed chains."""
         n = len(self.opened.program.states)
@@ -200,15 +225,17 @@ class OpenedModel:
     def by_state(self, point: OperatingPoint) -> Array:
         """Evaluate df/dx, dense."""
         n = len(self.opened.program.states)
-        entries = tuple(entry for entry in self._form.by_state if entry[0] < n)
-        return self._matrix(entries, (n, n), point)
+        return self._matrix(self._form.by_state, (n, n), point, n)
 
     def _matrix(
         self,
         entries: Sequence[tuple[int, int, Node]],
         shape: tuple[int, int],
         point: OperatingPoint,
+        rows: int | None = None,
     ) -> Array:
+        """Evaluate a sparse matrix, or its first `rows`."""
+        entries = [entry for entry in entries if rows is None or entry[0] < rows]
         dense = np.zeros(shape)
         numbers = self._numbers([node for _, _, node in entries], self._values(point))
         for (row, column, _), value in zip(entries, numbers, strict=True):

@@ -247,6 +247,24 @@ scene arm of Arm {
 """
 
 
+def test_modes_are_listed_and_swing_the_shapes(browser, folder):
+    out = folder / "modes.html"
+    command = [*BGC, "view", str(folder / "lift.bg"), "--modes", "--steady", "--export", str(out)]
+    subprocess.run(command, check=True, capture_output=True)
+    view = View(browser, out.as_uri(), offline=True)
+    page = view.page
+    page.wait_for_selector(".mode")
+    assert page.locator(".mode").count() == 1
+    assert "0.4985 Hz" in page.locator(".mode").inner_text()
+    times = []
+    for _ in range(12):
+        times.append(view.ask("bgcView.time"))
+        page.wait_for_timeout(150)
+    assert all(0 <= time <= 2 for time in times)  # s of the cycle, again and again
+    assert len(set(times)) > 4
+    view.close((out.as_uri(),))
+
+
 def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
     (folder / "arm.bg").write_text(HAND, "utf-8")
     (folder / "still.csv").write_text("time,x,y,z\n0,0,0,0\n1,0,0,0\n")

@@ -128,3 +128,23 @@ def aside_failed() -> Diagnostic:
         "the compilation beside the run ended without a result",
         help="the terminal of `bgc view` shows the reason",
     )
+
+
+def no_mode_moves(scene: str, modes: int) -> Diagnostic:
+    """BG659: no mode of a scene moves a shape
+
+    What: `bgc view --modes` shows how the shapes of a scene move in its modes, and there is none
+    that moves one.
+
+    Why: the scene has no states, no shapes, or shapes that depend on no state.
+
+    Example: an electric circuit.
+
+    Way out: give a part a `shape`, or list the modes as a table: `bgc modes FILE`.
+    """
+    text = f"none of its {modes} modes moves a shape" if modes else "it has no modes"
+    return error(
+        "BG659",
+        f"the modes of scene `{scene}` cannot be shown: {text}",
+        help="add a `shape` to a part that moves, or list the modes with `bgc modes`",
+    )

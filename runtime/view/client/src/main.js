@@ -6,6 +6,7 @@ import { button, download, el, icon, timeUnit } from "./dom.js";
 import { GraphView, Slots, sourceBlock } from "./graph.js";
 import { helpOf, onKey } from "./keys.js";
 import { cameBack, comeBack, remember, remembered } from "./memory.js";
+import { Modes } from "./modes.js";
 import { Parameters } from "./parameters.js";
 import { Playback, replaySpeed } from "./playback.js";
 import { Plots } from "./plots.js";
@@ -65,6 +66,7 @@ class Page extends Playback {
       this.player.speed = replaySpeed(description.duration);
       if (rows) this.rows({ whole: true, epoch: 0, count, rows });
       this.player.playing = false;
+      this.modes?.choose(0);
       if (description.message) this.banner([{ code: "", text: description.message, help: "" }], "warn");
     }
     this.setTheme(this.theme);
@@ -138,9 +140,18 @@ class Page extends Playback {
     const parametersTab = el("div", { class: "tab" }, this.chosen);
     this.side = el("aside");
     const hasGraph = this.live && this.source.hasGraph;
-    const tabs = [["Parameters", parametersTab]];
+    const tabs = description.modes ? [] : [["Parameters", parametersTab]];
+    document.body.classList.toggle("swinging", Boolean(description.modes));
     if (plain) this.main.append(plots);
-    else {
+    else if (description.modes) {
+      const modesTab = el("div", { class: "tab" });
+      tabs.push(["Modes", modesTab]);
+      this.modes = new Modes(modesTab, description, ({ first }) => {
+        this.time = first;
+        this.player.playing = true;
+        this.buttons();
+      });
+    } else {
       plots.classList.add("tab");
       tabs.unshift(["Plots", plots]);
     }

@@ -1,6 +1,6 @@
 // The time that the page shows, and how it moves: the player of a live run or a recorded one, and the bar below.
 //
-// The page extends it; it needs `source`, `store`, `live`, `unit`, `description` and `badge` of the page.
+// The page extends it; it needs `source`, `store`, `live`, `unit`, `modes`, `description` and `badge` of the page.
 
 import { button, el, icon, number } from "./dom.js";
 
@@ -40,7 +40,7 @@ export class Playback {
       this.speeds.value = nearest;
     }
     const lagging = playing && actual > 0 && actual < 0.93 * speed;
-    const text = this.disconnected ? "reconnecting" : !this.live ? "recorded run" : lagging ? `live, at ${speedText(actual)}` : ended ? "end of the scene" : playing ? "live" : "paused";
+    const text = this.disconnected ? "reconnecting" : this.modes ? "mode shapes" : !this.live ? "recorded run" : lagging ? `live, at ${speedText(actual)}` : ended ? "end of the scene" : playing ? "live" : "paused";
     this.badge.className = `badge ${this.disconnected ? "lost" : this.live && playing ? "live" : ""}`;
     this.badge.title = lagging ? "The model is slower than the clock on this machine" : this.disconnected ? "The connection is lost, or the command has ended" : "";
     this.badge.lastChild.textContent = text;
@@ -99,11 +99,14 @@ export class Playback {
     return this.scrubbed ?? this.store.last;
   }
 
-  // Moves the time of a recorded run by so many seconds of the clock.
+  // Moves the time of a recorded run, or of a mode that swings on, by so many seconds of the clock.
   advance(past) {
     if (this.live || !this.player.playing) return;
     this.time = Math.min(this.store.last, this.time + past * this.player.speed);
-    if (this.time >= this.store.last) {
+    if (this.modes) {
+      const { first, last } = this.modes.mode;
+      if (this.time > last) this.time = first + ((this.time - first) % (last - first));
+    } else if (this.time >= this.store.last) {
       this.player.playing = false;
       this.buttons();
     }
