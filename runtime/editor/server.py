@@ -23,6 +23,7 @@ from bgc.editing.outline import outline
 from bgc.editing.rename import references, rename, renameable
 from bgc.grammar.format import format_source
 from bgc.runtime.editor import protocol
+from bgc.runtime.editor.preview import Asked, preview
 from bgc.runtime.editor.session import Cancelled, Checked, Session
 
 _QUIET = 0.3  # s without an edit, after which a file is compiled
@@ -37,7 +38,7 @@ class Server(LanguageServer):
         self._paths: dict[str, Path] = {}
         self._waiting: dict[Path, asyncio.TimerHandle] = {}
         self._cancel: dict[Path, Event] = {}
-        self._worker = ThreadPoolExecutor(1, "bgc-check")
+        self.background = ThreadPoolExecutor(1, "bgc-check")
 
     # --- texts and places ---------------------------------------------------------------
 
@@ -134,7 +135,7 @@ class Server(LanguageServer):
         except BgError:
             return  # published already
         event = self._cancel[path] = Event()
-        job = asyncio.get_running_loop().run_in_executor(self._worker, check, event)
+        job = asyncio.get_running_loop().run_in_executor(self.background, check, event)
         job.add_done_callback(lambda done: self._done(uri, done))
 
     def _done(self, uri: str, done: asyncio.Future[Checked]) -> None:
@@ -154,6 +155,7 @@ def make_server(solvers: dict[str, str]) -> Server:
     _add_texts(server)
     _add_questions(server, solvers)
     _add_edits(server)
+    _add_graph(server)
     return server
 
 
@@ -315,6 +317,23 @@ def _add_edits(server: Server) -> None:
             if diagnostic.edits and protocol.overlap(shown.range, params.range):
                 found += places.actions(diagnostic, shown)
         return found
+
+
+def _add_graph(server: Server) -> None:
+    @server.feature("bgc/graph")
+    async def drawn(params: Any) -> dict[str, Any]:
+        """Draw a scene of the document `uri`; `scene` and `depth` are optional (`preview.py`)."""
+        uri = getattr(params, "uri", None)
+        if not isinstance(uri, str):
+            raise JsonRpcInvalidParams(message="`uri` is missing")
+        path = server.path_of(uri)
+        try:
+            analysis = server.session.analysis(path)
+        except BgError as problem:
+            raise _refused(problem) from None
+        loop, asked = asyncio.get_running_loop(), Asked.read(params)
+        found = await loop.run_in_executor(server.background, preview, path, analysis, asked)
+        return found.content()
 
 
 def _refused(problem: BgError) -> Any:

@@ -4,6 +4,7 @@ import asyncio
 import sys
 from pathlib import Path
 from threading import Event
+from types import SimpleNamespace
 
 import pytest
 from lsprotocol import types
@@ -12,6 +13,7 @@ from pygls.lsp.client import LanguageClient
 from bgc.diagnostics.diagnostic import BgError
 from bgc.editing.completion import complete
 from bgc.editing.hover import hover
+from bgc.runtime.editor.preview import Asked, preview
 from bgc.runtime.editor.session import Cancelled, Session
 
 README = Path(__file__).parents[2] / "README.md"
@@ -196,6 +198,15 @@ async def a_session(folder: Path) -> None:
         types.SemanticTokensParams(document)
     )
     assert len(colours.data) % 5 == 0 and len(colours.data) > 50
+    drawn = await client.protocol.send_request_async("bgc/graph", {"uri": uri})
+    assert drawn.message.startswith("BG301") and not drawn.svg  # the text has an error
+    mended = types.TextDocumentContentChangePartial(whole, note)
+    client.text_document_did_change(
+        types.DidChangeTextDocumentParams(types.VersionedTextDocumentIdentifier(3, uri), [mended])
+    )
+    drawn = await client.protocol.send_request_async("bgc/graph", {"uri": uri})
+    assert not drawn.message and drawn.scene == "step" and drawn.scenes == ["step"]
+    assert drawn.svg.startswith("<svg") and "coil" in drawn.svg
     await client.shutdown_async(None)
     client.exit(None)
 
@@ -204,3 +215,28 @@ def test_an_unreadable_file_is_an_error_with_its_reason(session, tmp_path):
     with pytest.raises(BgError, match="BG001"):
         session.analysis(tmp_path / "missing.bg")
     assert session.diagnostics(tmp_path / "missing.bg")[0].code == "BG001"
+
+
+def test_the_graph_of_a_scene_is_drawn_to_a_depth_or_refused(session, tmp_path):
+    path = tmp_path / "a.bg"
+    session.change(path, "model A { j : J1; s : Se(1); s -> j; }")
+    found = preview(path, session.analysis(path), Asked())
+    assert found.message == "the file has no scene"
+    inner = (
+        "model B { port p; r : R(2); p -> r; } model A { j : J1; s : Se(1); b : B; s -> j -> b; }"
+    )
+    session.change(path, f"{inner} scene one of A {{ observe s.f; run 1 s; }}"
+                         " scene two of A { observe b.r.e; run 1 s; }")  # fmt: skip
+    whole = preview(path, session.analysis(path), Asked("two"))
+    assert (whole.scene, whole.scenes, whole.depth) == ("two", ("one", "two"), -1)
+    closed = preview(path, session.analysis(path), Asked("two", 0))
+    assert closed.depth == 0 and closed.depths == 1
+    assert whole.svg.count("<g ") > closed.svg.count("<g ")
+    other = preview(path, session.analysis(path), Asked("three"))
+    assert other.scene == "one"  # a scene that was renamed
+
+
+def test_a_question_for_a_graph_may_have_wrong_fields():
+    assert Asked.read(SimpleNamespace(scene=3, depth=True)) == Asked()
+    assert Asked.read(SimpleNamespace(scene="", depth=-1)) == Asked()
+    assert Asked.read(SimpleNamespace(scene="s", depth=2)) == Asked("s", 2)

@@ -2,6 +2,7 @@
 "use strict";
 
 const { commands, window, workspace } = require("vscode");
+const { Graphs } = require("./graph.js");
 const { LanguageClient, TransportKind } = require("vscode-languageclient/node");
 
 const HELP =
@@ -37,8 +38,12 @@ async function restart() {
 }
 
 exports.activate = async (context) => {
+  const graphs = new Graphs((question) => client?.sendRequest("bgc/graph", question));
   context.subscriptions.push(
     commands.registerCommand("bgc.restart", restart),
+    commands.registerCommand("bgc.showGraph", () => graphs.show(window.activeTextEditor?.document)),
+    workspace.onDidSaveTextDocument(() => graphs.refresh()),
+    graphs,
     workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("bgc.command")) return restart();
     }),
