@@ -80,6 +80,7 @@ typedef struct {
     int is_explicit; /* the partner takes the steps at present */
     int is_trial;    /* the last change is not judged yet */
     int unexcited;   /* consecutive steps of the partner that are short for stability alone */
+    int limited;     /* consecutive steps of the partner that do not resolve all modes */
     int attempts;    /* since the last change */
     int wait;        /* attempts before the next trial */
     double since;    /* time of the last change */

@@ -2,10 +2,12 @@
  *
  * The compiler compares the operations of a step of both (m->explicit_cost). A run begins with the
  * implicit method, whose Jacobian gives a bound on the spectral radius (stiffness.c). It changes to the
- * partner where steps that are stable, and about as long as error control permits, are likely to cost
- * less. Each change is a trial: where a second costs more than before, the run returns. From the partner
- * it changes back for a few steps now and then, and for long where its steps are short for stability
- * alone: it estimates the dominant eigenvalue from its last two stages, which are at the same time.
+ * partner where steps that error control permits resolve all modes, by this bound, and are likely to cost
+ * less. Longer ones would excite fast modes, which the implicit method then has to resolve. Each change is
+ * a trial: where a second costs more than before, the run returns. From the partner it changes back for a
+ * few steps now and then, and for long where its steps no longer resolve all modes, or are short for
+ * stability alone: it estimates the dominant eigenvalue from its last two stages, which are at the same
+ * time.
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
  */
 #include "bgc_internal.h"
@@ -13,15 +15,20 @@
 #include <math.h>
 #include <string.h>
 
-enum { EXPLICIT_TRIAL = 16, IMPLICIT_TRIAL = 3 }; /* steps after which a change is judged */
-enum { LONG_UNEXCITED = 24 }; /* consecutive steps after which the run returns */
-enum { MOST_REJECTIONS = 4 }; /* of the partner in a row */
+enum { EXPLICIT_TRIAL = 16, IMPLICIT_TRIAL = 3 }; /* steps after which a change is judged, */
+enum { LONGEST_RAMP = 12 };    /* the latter at most so many while they grow */
+enum { LONG_LIMITED = 6 };     /* consecutive steps at the limit after which the run returns */
+enum { LONG_UNEXCITED = 24 };  /* the same, where the dominant modes are not excited */
+enum { MOST_REJECTIONS = 4 };  /* of the partner in a row */
 enum { FIRST_WAIT = 32, LONGEST_WAIT = 2048 }; /* attempts before a trial: twice as many each time */
-static const double steady = 1.3;    /* growth of steps that are no longer those of the start */
-static const double shorter = 0.7;    /* steps of the partner over implicit ones of the same error */
-static const double stable = 5.0;     /* step times the bound, which may be twice the radius or more */
-static const double likely = 0.8;     /* predicted cost of the partner over that of the implicit method */
-static const double cheaper = 0.9;    /* cost of a second over that before, above which a trial fails */
+static const double steady = 1.3;      /* growth of steps that are no longer those of the start */
+static const double shorter = 0.7;     /* steps of the partner over implicit ones of the same error */
+static const double oscillating = 1.2; /* stable steps of the partner times the frequency of an oscillation */
+static const double stable = 1.5;      /* the same times the bound, where samples limit steps */
+static const double lasting = 1.3;     /* longest steps of the partner over the longest first one */
+static const double growing = 1.1;     /* growth of implicit steps that are judged later */
+static const double likely = 0.8;      /* predicted cost of the partner over that of the implicit method */
+static const double cheaper = 0.9;     /* cost of a second over that before, above which a trial fails */
 static const double error_constant = 4e3, margin = 1.25; /* of longest_resolved */
 
 const bgc_method *bgc_present_method(const bgc_core *core) {
@@ -54,7 +61,7 @@ static void change_method(bgc_core *core, double t, double cost, int is_trial) {
 
     choice->is_explicit = !choice->is_explicit;
     choice->is_trial = is_trial;
-    choice->attempts = choice->unexcited = 0;
+    choice->attempts = choice->unexcited = choice->limited = 0;
     choice->since = t;
     choice->cost = cost;
     core->error_old = 1.0;
@@ -89,64 +96,103 @@ static double step_times_eigenvalue(const bgc_model *m, bgc_data *d, const bgc_m
 
 /* The longest step of the partner, times the dominant eigenvalue, under which error control resolves an
  * oscillation of that frequency whose amplitude is the scale of its states. Where steps are longer, the
- * dominant modes are not excited, and an implicit method need not resolve them. */
+ * dominant modes are not excited, and an implicit method need not resolve them. At most the stable one. */
 static double longest_resolved(const bgc_core *core) {
-    return margin * pow(error_constant * core->rtol, 1.0 / 6.0);
+    return fmin(margin * pow(error_constant * core->rtol, 1.0 / 6.0), oscillating);
+}
+
+/* Whether wanted steps of the partner resolve all modes, by the bound. Where samples limit them, stable ones
+ * are enough. */
+static int resolves(const bgc_core *core, double wanted, double factor) {
+    const double length = permitted(core, wanted);
+    const double limit = length < wanted ? stable : longest_resolved(core);
+
+    return length * core->spectral_bound <= factor * limit;
 }
 
 /* Whether steps of the partner are likely to cost less, after an implicit step of length h. */
 static int partner_pays(const bgc_model *m, const bgc_core *core, double h) {
-    const double wanted = shorter * core->h_next, bound = core->spectral_bound;
-    const double length = permitted(core, wanted * bound > stable ? stable / bound : wanted);
+    const double wanted = shorter * core->h_next;
 
-    return core->counts.steps > 0 && core->h_next <= steady * h &&
-           m->explicit_cost * permitted(core, core->h_next) < likely * length;
+    return core->counts.steps > 0 && permitted(core, core->h_next) <= steady * h &&
+           resolves(core, wanted, 1.0) &&
+           m->explicit_cost * permitted(core, core->h_next) < likely * permitted(core, wanted);
+}
+
+/* Judges a trial of the partner by the mean length of its steps. */
+static void judge_partner(const bgc_model *m, bgc_core *core, double t) {
+    bgc_choice *choice = &core->choice;
+    const double cost = m->explicit_cost * (double)choice->attempts / (t - choice->since);
+    const double before = choice->cost;
+
+    if (choice->attempts >= EXPLICIT_TRIAL) {
+        choice->is_trial = 0;
+        wait_longer(choice);
+
+        /* The implicit method goes on with about the steps it had. */
+        if (cost > cheaper * before || 2 * choice->unexcited > EXPLICIT_TRIAL) {
+            change_method(core, t, cost, 0);
+            core->h_next = fmax(core->h_next, fmin(1.0 / before, 2.0 * core->h_next));
+        }
+    }
+}
+
+/* Judges a trial of the implicit method after a step of length h: by the next one, for it begins with those
+ * of the partner. Where it returns, then with the step before the trial. */
+static void judge_implicit(const bgc_model *m, bgc_core *core, double t, double h) {
+    bgc_choice *choice = &core->choice;
+    const double cost = 1.0 / permitted(core, core->h_next), before = choice->cost;
+    const int grows = core->h_next > growing * h && choice->attempts < LONGEST_RAMP;
+
+    if (choice->attempts >= IMPLICIT_TRIAL && (cost <= cheaper * before || !grows)) {
+        choice->is_trial = 0;
+        wait_longer(choice);
+        if (cost > cheaper * before) {
+            change_method(core, t, cost, 0);
+            core->h_next = fmin(core->h_next, m->explicit_cost / before);
+        }
+    }
+}
+
+/* From the partner back after many steps that are short for stability alone, or do not resolve all modes;
+ * for a trial now and then. */
+static void leave_partner(const bgc_model *m, bgc_core *core, double t) {
+    bgc_choice *choice = &core->choice;
+    const double cost = m->explicit_cost / permitted(core, core->h_next);
+
+    if (choice->unexcited >= LONG_UNEXCITED || choice->limited >= LONG_LIMITED) {
+        wait_longer(choice);
+        change_method(core, t, cost, 0);
+    } else if (!choice->is_trial && choice->attempts >= choice->wait) {
+        change_method(core, t, cost, 1);
+    }
 }
 
 /* After an accepted step of length h to d->next at t, before that becomes the present. */
 void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
     bgc_core *core = &d->core;
     bgc_choice *choice = &core->choice;
-    const double each = choice->is_explicit ? m->explicit_cost : 1.0;
-    double cost;
 
     if (choice->partner < 0 || core->algebraic > 0) {
         return;
     }
     choice->attempts++;
     core->counts.explicit_steps += choice->is_explicit;
-    cost = each / permitted(core, core->h_next);
 
     if (choice->is_explicit) {
         const double product = step_times_eigenvalue(m, d, bgc_present_method(core));
         choice->unexcited = product > longest_resolved(core) ? choice->unexcited + 1 : 0;
-    }
-
-    /* A trial: of the partner by the mean length of its steps, of the implicit method by the next one, for
-     * it has begun with short ones. */
-    if (choice->is_trial) {
-        if (choice->attempts < (choice->is_explicit ? EXPLICIT_TRIAL : IMPLICIT_TRIAL)) {
-            return;
+        choice->limited = resolves(core, core->h_next, lasting) ? 0 : choice->limited + 1;
+        if (choice->is_trial) {
+            judge_partner(m, core, t);
         }
         if (choice->is_explicit) {
-            cost = each * (double)choice->attempts / (t - choice->since);
+            leave_partner(m, core, t);
         }
-        choice->is_trial = 0;
-        wait_longer(choice);
-        if (cost > cheaper * choice->cost || 2 * choice->unexcited > EXPLICIT_TRIAL) {
-            change_method(core, t, cost, 0);
-        }
-        return;
-    }
-    if (choice->is_explicit) {
-        if (choice->unexcited >= LONG_UNEXCITED) {
-            wait_longer(choice);
-            change_method(core, t, cost, 0);
-        } else if (choice->attempts >= choice->wait) {
-            change_method(core, t, cost, 1);
-        }
+    } else if (choice->is_trial) {
+        judge_implicit(m, core, t, h);
     } else if (choice->attempts >= choice->wait && partner_pays(m, core, h)) {
-        change_method(core, t, cost, 1);
+        change_method(core, t, 1.0 / permitted(core, core->h_next), 1);
         core->h_next *= shorter;
     }
 }

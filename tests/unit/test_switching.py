@@ -45,6 +45,72 @@ def test_a_run_that_is_stiff_has_the_bits_of_the_implicit_method(c_model: Any) -
     assert rows[0].tobytes() == rows[1].tobytes()
 
 
+class _Run:
+    """Counts of a run of `springs`, and `work`: the number of implicit steps that cost as much."""
+
+    def __init__(self, c_model: Any, method: str, rtol: float, **values: float) -> None:
+        springs = c_model("springs")
+        springs.set(**values)
+        springs.start(method, rtol=rtol)
+        springs.finish(TIMES)
+        counts = springs.counts
+        attempts = counts.steps + counts.rejected - counts.factorisations
+        self.work = counts.factorisations + 0.3 * attempts
+        self.explicit, self.implicit = counts.explicit_steps, counts.steps - counts.explicit_steps
+        self.changes = counts.method_changes
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize("w", [3.0, 10.0, 1e4])
+def test_a_fast_motion_that_is_not_excited_costs_nothing(
+    c_model: Any, w: float, rtol: float
+) -> None:
+    run = _Run(c_model, SWITCHING, rtol, p0=w)
+    assert run.changes == 0
+    assert run.work == _Run(c_model, "rodas5p", rtol, p0=w).work
+
+
+@pytest.mark.parametrize(("rtol", "most"), [(1e-3, 0.55), (1e-4, 0.55), (1e-6, 0.6)])
+@pytest.mark.parametrize("w", [10.0, 100.0])
+def test_a_fast_motion_that_tolerances_resolve_is_explicit(
+    c_model: Any, w: float, rtol: float, most: float
+) -> None:
+    """Trials of the implicit method, each later than the one before, take few of the steps."""
+    run = _Run(c_model, SWITCHING, rtol, p0=w, p1=0.3)
+    assert run.work < most * _Run(c_model, "rodas5p", rtol, p0=w, p1=0.3).work
+    assert run.implicit < 0.03 * run.explicit
+    assert run.changes < 0.02 * run.explicit
+
+
+@pytest.mark.parametrize(
+    ("w", "b", "most"), [(30.0, 0.3, 0.85), (100.0, 3.0, 0.85), (300.0, 3.0, 0.65)]
+)
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6])
+def test_the_run_returns_where_a_fast_motion_has_decayed(
+    c_model: Any, w: float, b: float, most: float, rtol: float
+) -> None:
+    run = _Run(c_model, SWITCHING, rtol, p0=w, p1=0.3, p2=b)
+    assert run.work < most * _Run(c_model, "rodas5p", rtol, p0=w, p1=0.3, p2=b).work
+    assert run.explicit > 80
+    assert run.implicit > 80  # of the slow motion alone
+    assert run.changes < 20
+
+
+@pytest.mark.parametrize(
+    ("d", "options", "explicit"), [(0.3, {}, False), (0.0, {"max_step": 0.008}, True)]
+)
+def test_short_steps_for_rows_are_explicit_where_they_are_stable(
+    c_model: Any, d: float, options: dict[str, float], explicit: bool
+) -> None:
+    """An explicit step of 0.58 of the cost does not pay if it is shorter than the implicit one."""
+    costly = c_model("costly")
+    costly.set(p0=100.0, p1=d)
+    costly.start(SWITCHING, rtol=1e-9, **options)
+    costly.finish(TIMES[: 4 if d else 20])
+    assert (costly.counts.explicit_steps > 0.9 * costly.counts.steps) == explicit
+    assert explicit or costly.counts.method_changes == 0
+
+
 def test_a_restored_run_goes_on_with_the_same_method(c_model: Any) -> None:
     waking, other = c_model("waking"), c_model("waking")
     waking.start(SWITCHING, rtol=1e-6)
