@@ -24,9 +24,9 @@ from bgc.runtime.compiling import compile_model
 
 _EPILOG = """\b
 Examples:
-  bgc fit drive.bg --data run.csv --vary "stiffness=1..1000 N/m" --vary "loss=0..10 N*s/m"
-  bgc fit drive.bg --data run.csv --vary "k=1..1e6 N/m" --match "position=x" --starts 16 \\
-      --loss huber --noise "position=1 mm" --plot fit.png
+  bgc fit lift.bg --data run.csv --vary "k=1..1000 N/m" --vary "c=0..9 N*s/m"
+  bgc fit lift.bg --data run.csv --vary "k=1..1e6 N/m" --starts 16 \\
+      --match "position=x" --noise "position=1 mm" --loss huber --plot fit.png
 """
 
 

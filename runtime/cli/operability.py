@@ -30,9 +30,11 @@ _SHOWN = 3  # failures
 _EPILOG = """\b
 Example:
   bgc operability lift.bg --height "vessel.sea.height=1..4 m:7" \\
-      --period "vessel.sea.period=5..13 s:5" --heading "vessel.sea.heading=90, 180 deg" \\
+      --period "vessel.sea.period=5..13 s:5" \\
+      --heading "vessel.sea.heading=90, 180 deg" \\
       --seed "vessel.sea.seed=1..10:10" --require "max(tension) < 300 kN" \\
-      --require "peak(pitch) from 20 s < 3 deg" --scatter north_sea.csv --plot map.png
+      --require "peak(pitch) from 20 s < 3 deg" \\
+      --scatter north_sea.csv --plot map.png
 """
 
 

@@ -40,8 +40,8 @@ Examples:
   bgc sweep lift.bg --vary "mass=5..9 t:20" --out rows.csv
   bgc sweep lift.bg --vary "mass=5, 7, 9 t" --vary "k=1..100 N/m:7 log" \\
       --observe "max(tension)" --plot map.png
-  bgc sweep lift.bg --vary "mass=5..9 t" --vary "length=2..20 m" --sample 256 \\
-      --design saltelli --observe "max(tension) from 20 s" --rank
+  bgc sweep lift.bg --vary "mass=5..9 t" --vary "length=2..20 m" \\
+      --sample 256 --design saltelli --observe "max(tension) from 20 s" --rank
   bgc sweep lift.bg --cases cases.csv --observe "rms(heave)" --out study.zarr
 """
 

@@ -6,6 +6,7 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -72,3 +73,16 @@ def test_the_manual_page_has_no_fault_of_its_markup():
         command, input=PAGE.read_bytes(), capture_output=True, check=True, timeout=60
     )
     assert done.stderr == b""
+
+
+def test_help_fits_a_terminal_of_80_columns():
+    """Click wraps what it formats; examples and tables are printed as they are."""
+    for name in application.list_commands(click.Context(application)):
+        context = click.Context(application, info_name="bgc")
+        command = application.get_command(context, name)
+        assert command is not None
+        inner = click.Context(
+            command, parent=context, info_name=name, terminal_width=80, max_content_width=80
+        )
+        wide = [line for line in command.get_help(inner).splitlines() if len(line) > 80]
+        assert not wide, f"bgc {name} --help"
