@@ -428,6 +428,26 @@ def test_the_sources_build_as_they_are(made, tmp_path):
     assert np.array_equal(before["where"], after["where"])
 
 
+def test_a_library_scene_replays_its_device_in_fmi_3(tmp_path, monkeypatch):
+    """The road comes from a trace: the FMU gets what the driver gave at each sample.
+
+    By the functions of `tests/bench/fmus.py`, which goes through all scenes of the library.
+    """
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "bench"))
+    import fmus
+
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    path = fmus.LIBRARY / "examples" / "quarter_car.bg"
+    times, rows, period, fed = fmus.native(path, "on_track")
+    fmu, table, columns, residual = fmus.exported(path, "on_track", 3, tmp_path / "fmu")
+    assert validate_fmu(str(fmu)) == []
+    unit = fmus.unit_of(fmu, table, tmp_path / "unpacked", period, fed)
+    assert period == 1e-3 and np.ptp(fed) > 0.01
+    found, wanted = unit.rows(times[:301]), rows[:301, columns]
+    assert fmus.differences(found, wanted, residual).max() < 1e-9
+    assert unit.rolls_back(times[:61])
+
+
 def test_files_beside_the_fmu(made):
     """The reference is what the FMU computes; the groups for OSP name all inputs and outputs."""
     folder = made.folder / "decay"
