@@ -275,6 +275,19 @@ def test_complex_pivots_that_vanish_are_caught(
     assert (pivots.counts.fallbacks > 0) == (tiny < 1e-15)
 
 
+def test_dense_complex_factors_are_those_of_the_matrix(c_model: Any) -> None:
+    """Newton's method on a linear model ends after one solution, which wrong factors delay."""
+    counts = []
+    for tiny in (1e-3, 0.0):
+        pivots = c_model("pivots")
+        pivots.set(p0=tiny)
+        pivots.start("gauss4", step=0.02)
+        pivots.finish(TIMES)
+        counts.append(pivots.counts.solves)
+        assert (pivots.counts.fallbacks > 0) == (tiny == 0.0)
+    assert counts[0] == counts[1]
+
+
 def test_complex_solutions_are_checked_at_intervals(c_model: Any) -> None:
     # A growth that is not reported: only the check of every sixteenth factorisation finds the loss.
     pivots = c_model("pivots_unreported")
