@@ -51,7 +51,9 @@ def _code(line: str) -> str:
     return re.sub(r"/\*.*?(\*/|$)|^ \*.*|\"[^\"]*\"", lambda match: " " * len(match[0]), line)
 
 
-def _other_numbers(number: str) -> tuple[str, ...]:
+def _other_numbers(number: str, before: str) -> tuple[str, ...]:
+    if number == "1" and re.search(r"(?:[=(,?:]|return) -$", before):
+        return ("0",)  # negative numbers that mean none are all alike
     if re.fullmatch(r"\d+", number):
         return (str(int(number) + 1),)
     return (repr(float(number) * 1.7 + (1.0 if float(number) == 0.0 else 0.0)),)
@@ -71,7 +73,7 @@ def breaks_of_c(text: str) -> Iterator[Break]:
         changed += [
             _with(line, match.span(1), new)
             for match in _NUMBER.finditer(code)
-            for new in _other_numbers(match[1])
+            for new in _other_numbers(match[1], code[: match.start()])
         ]
         changed += [
             _with(line, match.span(), f"{match[2]}, {match[1]}")
@@ -101,6 +103,7 @@ _OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Add, ast.And: ast.Or, ast.Or: ast.And,
     ast.BitOr: ast.BitAnd, ast.BitAnd: ast.BitOr,
 }  # fmt: skip
+_SYMMETRIC = {"mul", "add", "equal", "isclose", "max", "min", "gcd"}  # functions of two arguments
 _SKIPPED = {"annotation", "returns", "decorator_list", "type_params"}
 
 
@@ -111,6 +114,8 @@ def _nodes(node: ast.AST) -> Iterator[ast.AST]:
         for child in children:
             if not isinstance(child, ast.AST) or field in _SKIPPED:
                 continue
+            if isinstance(child, ast.keyword) and child.arg == "strict":
+                continue  # a check
             if not isinstance(child, ast.Raise | ast.Assert | ast.JoinedStr):
                 yield child
                 yield from _nodes(child)
@@ -147,11 +152,15 @@ def _changes(node: ast.AST) -> Iterator[ast.AST]:
         yield ast.Pass()
     if isinstance(node, ast.Continue | ast.Break):
         yield ast.Pass()
-    if isinstance(node, ast.Call) and len(node.args) > 1:
+    if isinstance(node, ast.Call) and len(node.args) > 1 and _name_of(node) not in _SYMMETRIC:
         new = copy.deepcopy(node)
         new.args[-2:] = new.args[:-3:-1]
         if ast.dump(new) != ast.dump(node):
             yield new
+
+
+def _name_of(node: ast.Call) -> str:
+    return ast.unparse(node.func).rsplit(".", 1)[-1]
 
 
 def _target(node: ast.Assign | ast.AugAssign) -> ast.expr:
@@ -163,7 +172,8 @@ def breaks_of_python(text: str) -> Iterator[Break]:
     tree = ast.parse(text)
     for place, node in enumerate(_nodes(tree)):
         for count, new in enumerate(_changes(node)):
-            line = getattr(node, "lineno", 0)
+            at = node.target if isinstance(node, ast.comprehension) else node
+            line = getattr(at, "lineno", 0)
             yield Break(line, _shown(node), _shown(new), partial(_unparsed, text, place, count))
 
 
