@@ -59,10 +59,11 @@ def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
 def not_bounds(text: str) -> Diagnostic:
     """BG565: values of a parameter in place of its bounds
 
-    What: `--vary` of `bgc fit` gives a number of values, `log`, or a list of other than two.
+    What: `--vary` of `bgc fit` or `bgc optimise` gives a number of values, `log`, or a list of
+    other than two.
 
-    Why: an estimation looks for the best value between two bounds, and takes its own values
-    there. A sweep runs given values.
+    Why: an estimation or optimisation looks for the best value between two bounds, and takes its
+    own values there. A sweep runs given values.
 
     Example: `bgc fit lift.bg --data lift.csv --vary "k=50..500 N/m:7"`
 
@@ -70,7 +71,7 @@ def not_bounds(text: str) -> Diagnostic:
     """
     return error(
         "BG565",
-        f"`{text}` gives values, and an estimation takes the bounds of a parameter",
+        f"`{text}` gives values where the bounds of a parameter are wanted",
         help='write `--vary "NAME=LOW..HIGH UNIT"`; `--starts 7` tries several starting points',
     )
 
