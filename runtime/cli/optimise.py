@@ -29,7 +29,8 @@ Examples:
       --require "max(pressure) < 210 bar"
   bgc optimise mount.bg --vary "k=1..1e4 N/m" --vary "c=0.1..100 N*s/m" \\
       --minimise "peak(x) from 20 s" --over "w=5..15 rad/s:40" --plot way.png
-  bgc optimise lift.bg --vary "gain=0..9" --maximise "above(speed, 0.5 m/s)" --runs 2000
+  bgc optimise lift.bg --vary "gain=0..9" --runs 2000 \\
+      --maximise "above(speed, 0.5 m/s)"
 """
 
 
