@@ -58,6 +58,10 @@ _STATEMENTS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(\w+)'\s*=", r"a derivative is `der(\1) = ..;`"),
         (r"([01])-?junction\s+(\w+)", r"a junction is `\2 : J\1;`"),
         (r"(\w+)\s*:\s*([01])(?:-?junction)?\b", r"a junction is `\1 : J\2;`"),
+        (
+            rf"(\w+)\s*,\s*(\w+)\s*:\s*{_TYPE}",
+            r"each part is declared by itself: `\1 : \3; \2 : \3;`",
+        ),
         (rf"{_TYPE}\s+(\w+)\s*\(", r"a part is `\2 : \1(..);`"),
         (rf"{_TYPE}\s+(\w+)\s*;", r"a part is `\2 : \1;`"),
     )

@@ -26,6 +26,7 @@ def helps(tmp_path: Path, text: str) -> str:
         ("a -- b;", "`a -> b;`"),
         ("a <- b;", "`a -> b;`"),
         ("1-junction j;", "`j : J1;`"),
+        ("left, right : C(1);", "`left : C; right : C;`"),
         ("j : 0;", "`j : J0;`"),
         ("state x = 1; x' = -x;", "`der(x)`"),
         ("state x = 1; dx/dt = -x;", "`der(x) = ..;`"),
