@@ -58,7 +58,24 @@ def least_change(matrix: Rows, right: Sequence[float], tolerance: float) -> list
 
 
 def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[float]:
-    """`A' (A A' + damping I)^-1 b`, by Cholesky's factors; zeros where these do not exist."""
+    """`A' (A A' + damping I)^-1 b`, by Cholesky's factors; zeros where these do not exist.
+
+    It equals `(A' A + damping I)^-1 A' b`, whose matrix is smaller where A has more rows.
+    """
+    columns = list(zip(*matrix, strict=True))
+    if len(matrix) > len(columns):
+        moments = [sum(a * b for a, b in zip(column, right, strict=True)) for column in columns]
+        return _damped_solution(columns, moments, damping) or [0.0] * len(columns)
+    weights = _damped_solution(matrix, right, damping)
+    if weights is None:
+        return [0.0] * len(columns)
+    return [sum(a * w for a, w in zip(column, weights, strict=True)) for column in columns]
+
+
+def _damped_solution(
+    matrix: Sequence[Sequence[float]], right: Sequence[float], damping: float
+) -> list[float] | None:
+    """`(A A' + damping I)^-1 b` by Cholesky's factors; None where these do not exist."""
     size = range(len(matrix))
     factors: list[list[float]] = []
     for i in size:
@@ -69,7 +86,7 @@ def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[
             line.append((product - known) / factors[j][j])
         square = damping + sum(a * a for a in matrix[i]) - sum(a * a for a in line)
         if not square > 0:
-            return [0.0] * len(matrix[0])
+            return None
         factors.append([*line, math.sqrt(square)])
     weights = list(right)
     for i in size:
@@ -78,8 +95,7 @@ def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[
     for i in reversed(size):
         known = sum(factors[k][i] * weights[k] for k in range(i + 1, len(matrix)))
         weights[i] = (weights[i] - known) / factors[i][i]
-    columns = zip(*matrix, strict=True)
-    return [sum(a * w for a, w in zip(column, weights, strict=True)) for column in columns]
+    return weights
 
 
 def independent_in(
