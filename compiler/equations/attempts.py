@@ -13,7 +13,7 @@ are. If these fail too, the error is that of the plain way, unless only initial 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level
@@ -66,14 +66,25 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
     try:
         return causal, derive_equations(causal)
     except BgError as err:
-        if causal.ranged or not _has_ranged_modulus(causal.graph):
-            raise
         refused = err
-    try:
-        other, program = _with_resistances(causal.graph, ranged=True)
-        return other, program or derive_equations(other)
-    except BgError as err:
-        raise (err if _INITIAL.issuperset(d.code for d in err.diagnostics) else refused) from None
+    for graph, ranged in _other_ways(causal, refused):
+        try:
+            other, program = _with_resistances(graph, ranged=ranged)
+            return other, program or derive_equations(other)
+        except BgError as err:
+            if _INITIAL.issuperset(d.code for d in err.diagnostics):
+                refused = err
+    raise refused
+
+
+def _other_ways(causal: CausalGraph, refused: BgError) -> Iterator[tuple[FlatGraph, bool]]:
+    """Graphs to try after a refusal, each with whether divisors may vary within a range."""
+    graph = causal.graph
+    reading = _reading_an_answer(graph)
+    if isinstance(refused, RateInLoop) and reading:
+        yield _with_followers(graph, reading), causal.ranged
+    if not causal.ranged and _has_ranged_modulus(graph):
+        yield graph, True
 
 
 def _with_resistances(graph: FlatGraph, *, ranged: bool) -> tuple[CausalGraph, Program | None]:
