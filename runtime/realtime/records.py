@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from threading import Lock
-from typing import IO
 
 import numpy as np
 
@@ -86,7 +87,8 @@ class Recorder:
     """Writes the motion of each device to a table; a fault of the disk ends it, and not the loop.
 
     The table of one device is `path`, those of several `path` with the device's name behind the
-    stem. Numbers have all their digits, so that `trace` gives back the same bits.
+    stem. Numbers have all their digits, so that `trace` gives back the same bits. A table that ends
+    early ends with a whole row.
     """
 
     def __init__(self, path: Path, devices: Sequence[str]) -> None:
@@ -95,7 +97,8 @@ class Recorder:
             path.with_stem(f"{path.stem}_{name}") if several else path for name in devices
         ]
         self.problem: tuple[str, str] | None = None
-        self._files: list[IO[str]] = []
+        self._files: list[FileIO] = []
+        self._whole: list[int] = []  # bytes of whole rows in each
         self._guarded(str(path), self._open)
 
     def write(self, records: Array) -> None:
@@ -111,16 +114,31 @@ class Recorder:
 
     def _open(self) -> None:
         for path in self.paths:
-            self._files.append(path.open("w", encoding="utf-8", newline=""))
-            self._files[-1].write(",".join(("time", *_POSE, *_HELD, *_EFFORT)) + "\n")
+            self._files.append(path.open("wb", buffering=0))
+            self._whole.append(0)
+            self._append(-1, ",".join(("time", *_POSE, *_HELD, *_EFFORT)) + "\n")
 
     def _write(self, records: Array) -> None:
-        for device, file in enumerate(self._files):
+        for device in range(len(self._files)):
             parts = [of(records, device).tolist() for of in (poses_of, held_of, forces_of)]
+            lines = []
             for time, *row in zip(records[:, 0].tolist(), *parts, strict=True):
                 numbers = (time, *(number for part in row for number in part))
-                file.write(",".join(map(repr, numbers)) + "\n")
-            file.flush()
+                lines.append(",".join(map(repr, numbers)) + "\n")
+            self._append(device, "".join(lines))
+
+    def _append(self, device: int, lines: str) -> None:
+        """Append whole lines to a table; where that fails, none of them is kept in part."""
+        file, rest = self._files[device], memoryview(lines.encode())
+        try:
+            while rest:
+                rest = rest[file.write(rest) :]
+        except OSError:
+            written = lines.encode()[: len(lines) - len(rest)]
+            with suppress(OSError):  # a device file has no length
+                file.truncate(self._whole[device] + written.rfind(b"\n") + 1)
+            raise
+        self._whole[device] += len(lines)
 
     def _guarded(self, path: str, work: Callable[[], object]) -> None:
         try:

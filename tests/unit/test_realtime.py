@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -495,6 +496,23 @@ def test_a_full_disk_ends_the_recording_alone(bench: Bench) -> None:
     report = replace(loop.report, lost_records=3, fifo=False, locked=False)
     codes = [warning.code for warning in report.warnings()]
     assert codes == ["BG766", "BG768"]
+
+
+def test_a_recording_that_may_not_grow_ends_with_a_whole_row(bench: Bench, tmp_path: Path) -> None:
+    """Of a file that reaches its limit the rows so far replay; the loop goes on."""
+    path = tmp_path / "motion.csv"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    loop = bench.make(duration=0.3, record=path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_001, before[1]))
+    try:
+        assert loop.run_here().end is End.DONE
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [warning.code for warning in loop.warnings] == ["BG768"]
+    text = path.read_text("utf-8")
+    header, *rows = text.splitlines()
+    assert text.endswith("\n") and 19_000 < len(text) <= 20_001
+    assert len(rows) > 30 and {row.count(",") for row in rows} == {header.count(",")}
 
 
 def test_a_driver_that_does_not_return_leaves_the_loop_behind(
