@@ -9,7 +9,7 @@ import click
 from bgc.runtime.cli.linear_options import PICTURES, channel_command, range_options
 from bgc.runtime.cli.options import check_target
 from bgc.runtime.cli.printing import print_tables
-from bgc.runtime.linear.frequency import frequency_response
+from bgc.runtime.linear.margins import loop_response
 from bgc.runtime.linear.margins import margins as margins_of
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.linear.tables import margin_table
@@ -30,11 +30,11 @@ def margins(
     """Print the stability margins of a loop around an input and an output of a scene of FILE.
 
     The loop is closed by input = gain*(reference - output). The table has all crossovers with
-    their margins, the delay margin, the least distance of the curve from -1, and the verdict.
+    their margins, the delay margin, the least distance of the curve from -1, and the verdict. Without --from and --to the range reaches all crossovers.
     """
     check_target(nyquist, PICTURES)
     check_target(nichols, PICTURES)
-    response = frequency_response(linear, low, high)
+    response = loop_response(linear, low, high)
     print_tables([margin_table(margins_of(linear, response))])
     if nyquist is None and nichols is None:
         return

@@ -12,6 +12,7 @@ from bgc.runtime.linear.frequency import Response, frequency_response
 from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.linear.state_space import Linearisation
 
+_DECADES = 12  # beyond the modes, in which a crossover is looked for
 _RIGHT = 1e-9  # of the largest eigenvalue: real parts below it are rounding
 
 
@@ -51,15 +52,46 @@ class Margins:
 def margins(linear: Linearisation, response: Response | None = None) -> Margins:
     """Compute the margins of an open loop with one input and one output.
 
-    The crossovers are those in the range of `response`, by default the range of all modes.
+    The crossovers are those in the range of `response`, by default that of `loop_response`.
     """
-    response = response or frequency_response(linear)
+    response = response or loop_response(linear)
     phase = tuple(mark for mark in response.landmarks if mark.kind == "phase margin")
     gain = tuple(mark for mark in response.landmarks if mark.kind == "gain margin")
     closed_right = _right(close_loop(linear))
     delay = math.nan if closed_right else min((_delay(mark) for mark in phase), default=math.inf)
     omega, modulus = _nearest(linear, response)
     return Margins(gain, phase, delay, modulus, omega, _right(linear), closed_right)
+
+
+def loop_response(
+    linear: Linearisation, low: float | None = None, high: float | None = None
+) -> Response:
+    """Compute the response of an open loop from `low` to `high`, rad/s, with all its crossovers.
+
+    By default the range is that of `frequency_response`, and as many decades more on both sides as
+    the magnitude takes to cross 1: a loop of high gain crosses far beyond its fastest mode.
+    """
+    found = frequency_response(linear, low, high)
+
+    def size(omega: float) -> float:
+        return float(abs(linear.response(np.array([omega]))[0, 0, 0]))
+
+    def beyond(end: float, step: float) -> float | None:
+        """The first decade from `end` on beyond 1; None if the magnitude stays on its side."""
+        begins = size(end) > 1
+        for k in range(1, _DECADES + 1):
+            if (size(end * step**k) > 1) != begins:
+                return end * step**k
+        return None
+
+    bottom, top = float(found.omega[0]), float(found.omega[-1])
+    below = beyond(bottom, 0.1) if low is None else None
+    above = beyond(top, 10.0) if high is None else None
+    if below is None and above is None:
+        return found
+    return frequency_response(
+        linear, low if below is None else below, high if above is None else above
+    )
 
 
 def _delay(crossover: Landmark) -> float:
