@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import minimise, minimise_in_order
 from bgc.driver import Stages, compile_scene
 from bgc.equations.inertias import flows as merged_flows
+from bgc.equations.variables.variables import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 from bgc.options import Options
@@ -127,6 +128,36 @@ def test_nodes_grow_in_proportion_to_a_row(tmp_path: Path, make: Callable[[int],
     }[make]
     assert len(many.causal.graph.dag) / len(few.causal.graph.dag) < 5.5
     assert operations(many.optimised) <= 5.5 * operations(few.optimised)
+
+
+def test_loops_of_resistors_do_not_examine_all_ports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Laws are examined a fixed number of times each; every loop examined those of the graph."""
+    examined = []
+    laws_of = Variables.laws_of
+
+    def counted(self: Variables, ports: Iterable[int]) -> set[int]:
+        examined.extend(given := list(ports))
+        return laws_of(self, given)
+
+    monkeypatch.setattr(Variables, "laws_of", counted)
+    counts = []
+    for size in (10, 40):
+        parts = [
+            f"n{k} : J0; c{k} : C(1 F); b{k} : J1; r{k} : R(1 ohm); d{k} : J1; s{k} : R(2 ohm);"
+            f" m{k} : J0; n{k} -> c{k}; n{k} -> b{k} -> m{k}; b{k} -> r{k}; m{k} -> d{k};"
+            f" d{k} -> n{k + 1}; d{k} -> s{k}; g{k} : R(3 ohm); m{k} -> g{k};"
+            for k in range(size)
+        ]
+        text = (
+            f"model M {{ {' '.join(parts)} n{size} : J0; c{size} : C(1 F); n{size} -> c{size}; }}"
+        )
+        examined.clear()
+        compiled(tmp_path, text)
+        counts.append(len(examined))
+    assert counts[0] >= 30
+    assert counts[1] < 4.4 * counts[0]
 
 
 def derivatives(program: Program) -> np.ndarray:

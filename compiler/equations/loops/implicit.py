@@ -7,7 +7,7 @@ of at most parameter level; otherwise a rate becomes an unknown.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -40,7 +40,7 @@ def pair_equations(variables: Variables) -> dict[Node, Node]:
     held = _unknowns_in(variables, residuals, unknowns)
     meant = {i: i for i in range(len(unknowns)) if held[i] >> i & 1}
     pairs = match(
-        [[j for j in range(len(unknowns)) if held[i] >> j & 1] for i in range(len(residuals))],
+        [list(_places(bits)) for bits in held],
         meant,
     )
     lonely = [unknowns[i] for i in range(len(residuals)) if i not in pairs]
@@ -73,6 +73,14 @@ def _unknowns_in(
                 if stack:
                     found[stack[-1][0]] |= found[node]
     return [found[root] for root in residuals]
+
+
+def _places(bits: int) -> Iterator[int]:
+    """The places of the bits that are set, in ascending order."""
+    while bits:
+        lowest = bits & -bits
+        yield lowest.bit_length() - 1
+        bits ^= lowest
 
 
 def _parts(variables: Variables, node: Node) -> tuple[Node, ...]:

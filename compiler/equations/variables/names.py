@@ -30,6 +30,10 @@ class Places:
         self._causal = causal
         self._elements: dict[Node, int] = {}  # symbols that are not of bonds -> element
         self._called: dict[Node, Node] = {}  # parts of variables -> the variable
+        self._resistances: dict[int, int] = {}  # bond -> its first port of a resistance
+        for k, port in enumerate(causal.ports):
+            if port.role is Role.RESISTANCE:
+                self._resistances.setdefault(port.bond, k)
 
     def note(self, symbol: Node, element: int) -> None:
         """Note the element of a symbol that does not belong to a bond."""
@@ -51,10 +55,11 @@ class Places:
         bonds: tuple[int, ...] = (leaf.index,)
         if (leaf.kind is Kind.EFFORT) == self._causal.dual[leaf.index]:
             bonds = self._causal.classes[self._causal.class_of[leaf.index]].bonds
-        for port in self._causal.ports:
-            if port.bond in bonds and port.role is Role.RESISTANCE:
-                suffix = f"[{port.position + 1}]" if port.position else ""
-                return f"{self._causal.graph.elements[port.element].name}.{letter}{suffix}"
+        known = [self._resistances[bond] for bond in bonds if bond in self._resistances]
+        if known:
+            port = self._causal.ports[min(known)]
+            suffix = f"[{port.position + 1}]" if port.position else ""
+            return f"{self._causal.graph.elements[port.element].name}.{letter}{suffix}"
         return f"({self._place(symbol)[0]}).{letter}"
 
     def unit_of(self, symbol: Node) -> str:

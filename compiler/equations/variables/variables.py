@@ -80,6 +80,7 @@ class Variables:
         self.equations: list[tuple[Node, Node]] = []  # residual, the unknown it is meant for
         self._answers: dict[int, Node] = {}  # port -> its across variable, bond's sense
         self._conductances: dict[int, Node] = {}  # port -> its through variable by its law
+        self._ports_of_law: dict[Node, list[int]] = {}  # law of a resistance -> its ports
         self._rates = 0
         self._storage_ports = sum(
             len(e.ports) for e in causal.graph.elements if isinstance(e, Storage)
@@ -144,6 +145,9 @@ class Variables:
                 self._answers[k] = symbol
                 self.definitions[symbol] = Unknown()
                 self._conductances[k] = node
+            if port.role is Role.RESISTANCE:
+                for given in self.laws_of([k]):
+                    self._ports_of_law.setdefault(given, []).append(k)
 
     def rate_of(self, node: Node, element: int) -> Node:
         """A symbol for the rate of change of a node, which belongs to an element."""
@@ -186,11 +190,7 @@ class Variables:
 
     def ports_among(self, members: Collection[Node]) -> list[int]:
         """The ports of resistors (and gyrators) whose laws are among some raw nodes."""
-        return [
-            k
-            for k, port in enumerate(self.causal.ports)
-            if port.role is Role.RESISTANCE and not self.laws_of([k]).isdisjoint(members)
-        ]
+        return sorted({k for node in members for k in self._ports_of_law.get(node, ())})
 
     def laws_of(self, ports: Iterable[int]) -> set[Node]:
         """The nodes that the laws of ports give."""
