@@ -30,7 +30,8 @@ def margins(
     """Print the stability margins of a loop around an input and an output of a scene of FILE.
 
     The loop is closed by input = gain*(reference - output). The table has all crossovers with
-    their margins, the delay margin, the least distance of the curve from -1, and the verdict. Without --from and --to the range reaches all crossovers.
+    their margins, the delay margin, the least distance of the curve from -1, and the verdict.
+    Without --from and --to the range reaches all crossovers.
     """
     check_target(nyquist, PICTURES)
     check_target(nichols, PICTURES)
