@@ -23,7 +23,7 @@ _NO_STEP = 1e-12
 _LONGEST = 1e12  # largest pseudo-time step, in units of the first one
 _LONGER = 4.0
 _SHORTER = 0.1
-_WORSE = 2.0  # growth of the rates for which a step is rejected
+_WORSE = 10.0  # growth of the rates for which a step is rejected
 
 
 def find_zero(residuals: Function, slope: Function, start: Array) -> tuple[Array, Array]:
@@ -56,6 +56,7 @@ def find_equilibrium(
     start: Array,
     project: Function,
     tangent: Callable[[Array], Tangent],
+    worse: float = _WORSE,
 ) -> tuple[Array, Array]:
     """Follow `M x' = rates(x)` into an equilibrium; return x and the remaining rates.
 
@@ -64,7 +65,8 @@ def find_equilibrium(
     and the last are Newton steps. Conserved quantities, such as a charge that only circulates or
     the position of a free body, therefore take the values to which the system itself would move.
     `project` is applied after each step. Steps lie in the `tangent` of what it projects onto, where
-    the slope across has no meaning.
+    the slope across has no meaning. A step for which the rates grow by more than `worse` is tried
+    again, shorter: a small bound keeps to one side of a valve that opens.
     """
     x, remaining = start, rates(start)
     first = 1.0 / max(float(np.abs(remaining).max(initial=0.0)), 1e-9)
@@ -79,7 +81,7 @@ def find_equilibrium(
         except np.linalg.LinAlgError:
             time *= _SHORTER
             continue
-        if not np.linalg.norm(after) <= _WORSE * np.linalg.norm(remaining):
+        if not np.linalg.norm(after) <= worse * np.linalg.norm(remaining):
             time *= _SHORTER
             continue
         x, remaining = tried, after

@@ -40,6 +40,7 @@ from bgc.runtime.running.structures import Status
 _ITERATIONS = 200
 _FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
 _STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
+_WORSE = (10.0, 2.0)  # growth of the rates in a step of the system: bold steps first
 _RELAXATIONS = 3  # in vain, of a whole search
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
 _HALVINGS = 25
@@ -256,14 +257,15 @@ class _Search:
             return moved
 
         everywhere = np.eye(self.size), np.arange(self.size)
-        with suppress(_Undefined):
-            self.z, _ = find_equilibrium(
-                rates, slope, self.mass, begin, projected, lambda _: everywhere
-            )
-            size = self._newton(kept=True)
-            if size <= _AT_REST:
-                return size
-        self.z = begin
+        for worse in _WORSE:
+            with suppress(_Undefined):
+                self.z, _ = find_equilibrium(
+                    rates, slope, self.mass, begin, projected, lambda _: everywhere, worse
+                )
+                size = self._newton(kept=True)
+                if size <= _AT_REST:
+                    return size
+            self.z = begin
         return np.inf
 
     def _followed(self, along: Array, distance: float = np.inf) -> bool:
