@@ -6,8 +6,7 @@ collect the errors of all.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias, assert_never
@@ -31,9 +30,10 @@ from bgc.values.constants import (
     whole_number,
 )
 from bgc.values.data import Column, Table
+from bgc.values.function_scope import FunctionScope
 from bgc.values.interpolation import interpolate, known, read_options
 from bgc.values.jacobians import Jacobian
-from bgc.values.scope import ByComponent, FunctionUse, Namespace, Scope
+from bgc.values.scope import FunctionUse, Namespace, Scope
 from bgc.values.units import (
     DIMENSIONLESS,
     Written,
@@ -93,52 +93,6 @@ def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> 
 def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace:
     """Evaluate an expression that may be a path to a namespace, as `crane.boom`."""
     return _Evaluator(scope, dag).path(expr, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class _FunctionScope:
-    """Scope of the body of a user's function: its arguments, then the names of its file."""
-
-    arguments: Mapping[str, Value | Namespace]
-    outer: Scope
-    variables: Mapping[str, object] = field(default_factory=dict)  # an identity for each argument
-    allows_rates: bool = False
-
-    def lookup(self, name: str, span: Span) -> Value | Namespace | None:
-        return self.arguments.get(name) or self.outer.lookup(name, span)
-
-    def names(self) -> Collection[str]:
-        return {*self.arguments, *self.outer.names()}
-
-    def is_value(self, name: str) -> bool:
-        return name in self.arguments or self.outer.is_value(name)
-
-    def component_of(self, name: str) -> ByComponent | None:
-        return None if name in self.arguments else self.outer.component_of(name)
-
-    def function(self, name: str) -> FunctionUse | None:
-        return self.outer.function(name)
-
-    def data(self, file: str, span: Span) -> Namespace:
-        return self.outer.data(file, span)
-
-    def function_names(self) -> Collection[str]:
-        return self.outer.function_names()
-
-    def variable(self, path: syntax.Expr, owner: Value | Namespace | None) -> Hashable | None:
-        if isinstance(path, syntax.Name) and path.name in self.arguments:
-            return self.variables[path.name]
-        return self.outer.variable(path, owner)
-
-    @contextmanager
-    def assuming(self, values: Mapping[Hashable, Value]) -> Iterator[Scope]:
-        own = {
-            name: values.get(self.variables[name], value) for name, value in self.arguments.items()
-        }
-        mine = set(self.variables.values())
-        others = {key: value for key, value in values.items() if key not in mine}
-        with self.outer.assuming(others) as outer:
-            yield _FunctionScope(own, outer, self.variables)
 
 
 @dataclass(frozen=True, slots=True)
@@ -443,7 +397,7 @@ class _Evaluator:
         if key not in self.calls:
             names = (formal.name for formal in function.formals)
             bound = dict(zip(names, arguments, strict=True))
-            inner = _FunctionScope(bound, use.scope, {name: object() for name in bound})
+            inner = FunctionScope(bound, use.scope, {name: object() for name in bound})
             active = (*self.active, function.name)
             body = _Evaluator(inner, self.dag, active, self.calls)
             self.calls[key] = body.value(function.body, depth + 1)
