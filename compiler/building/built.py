@@ -106,7 +106,8 @@ class Place:
 class Places:
     """The places of a model's assertions, switches, divisors, jumps, held values and ports.
 
-    All are in the order of its tables.
+    All are in the order of its tables. `checks` are those of its checks of parameters; only those
+    that a matrix is symmetric have a span, that of the storage element.
 
     `start` names the elements whose initial values the runtime solves for; `loops` are the
     algebraic loops that it solves, each with the names of its states and of its elements.
@@ -120,6 +121,7 @@ class Places:
     jumps: tuple[Place, ...] = ()
     held: tuple[Place, ...] = ()
     ports: tuple[Place, ...] = ()
+    checks: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,6 +71,7 @@ def remember(
         "jumps": [_place_to_json(place) for place in built.places.jumps],
         "held": [_place_to_json(place) for place in built.places.held],
         "ports": [_place_to_json(place) for place in built.places.ports],
+        "checks": [_place_to_json(place) for place in built.places.checks],
         "start": list(built.places.start),
         "loops": [list(map(list, loop)) for loop in built.places.loops],
     }
@@ -157,6 +158,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         tuple(_place_from_json(place, texts) for place in note["jumps"]),
         tuple(_place_from_json(place, texts) for place in note["held"]),
         tuple(_place_from_json(place, texts) for place in note["ports"]),
+        tuple(_place_from_json(place, texts) for place in note["checks"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

@@ -99,6 +99,7 @@ def places_of(lowered: Lowered) -> Places:
         ),
         jumps=tuple(Place(jump.span) for jump in lowered.program.jumps),
         held=tuple(Place(held.span, (held.name,)) for held in lowered.program.held),
+        checks=tuple(Place(check.symmetric) for check in lowered.program.positive),
     )
 
 

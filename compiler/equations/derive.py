@@ -41,6 +41,7 @@ from bgc.equations.storage.kinds import (
     is_independent,
     storage_elements,
 )
+from bgc.equations.storage.symmetry import symmetry_checks
 from bgc.equations.variables.laws import positive_values
 from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import CausalGraph, Role
@@ -298,7 +299,7 @@ def _positive(
                     rate.offset, "the offset of a sampled part must be finite", False, finite=True
                 ),
             )
-    return tuple(found.values())
+    return (*found.values(), *symmetry_checks(variables))
 
 
 # --- outputs ----------------------------------------------------------------------------------

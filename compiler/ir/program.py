@@ -76,7 +76,8 @@ class PositiveParameter:
     """An expression of PARAM level that must be nonzero; positive if `strictly_positive`.
 
     One that is `finite` may be zero, but not infinite or undefined. One that is a `bound` is the
-    least distance of a divisor that varies from zero, which no other node has to hold.
+    least distance of a divisor that varies from zero, which no other node has to hold. `symmetric`
+    is the place of the storage element if the check compares two mirrored entries of its matrix.
     """
 
     node: Node
@@ -84,6 +85,7 @@ class PositiveParameter:
     strictly_positive: bool
     finite: bool = False
     bound: bool = False
+    symmetric: Span | None = None
 
 
 @dataclass(frozen=True, slots=True)

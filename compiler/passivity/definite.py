@@ -15,7 +15,7 @@ from typing import TypeAlias
 Numbers: TypeAlias = Sequence[Sequence[float]]
 
 _SMALL = 64  # ports of a field that plain loops are quick enough for
-_TOLERANCE = 1e-9  # of entries and eigenvalues, where the diagonal is scaled to one
+TOLERANCE = 1e-9  # of entries and eigenvalues, where the diagonal is scaled to one
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class Indefinite:
 
 def find_asymmetry(matrix: Numbers) -> Asymmetry | None:
     """The entry that differs most from its mirror image, relative to the two diagonals."""
-    worst, found = _TOLERANCE, None
+    worst, found = TOLERANCE, None
     for i, row in enumerate(matrix):
         for j in range(i + 1, len(row)):
             entry, mirror = row[j], matrix[j][i]
@@ -108,7 +108,7 @@ def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefin
         return (
             Indefinite(entry, _spread([1.0], places, len(matrix)), 1, None) if entry < 0 else None
         )
-    limit = _TOLERANCE if strictly else -_TOLERANCE
+    limit = TOLERANCE if strictly else -TOLERANCE
     if len(places) <= _SMALL and _is_above(matrix, places, limit):
         return None
     import numpy as np  # takes longer to load than most models to check
@@ -124,7 +124,7 @@ def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefin
         return None
     own_values, own_vectors = np.linalg.eigh(block)
     eigenvalue, direction = float(own_values[0]), own_vectors[:, 0]
-    if eigenvalue >= 0 and values[0] < -_TOLERANCE:  # lost beside much larger ones
+    if eigenvalue >= 0 and values[0] < -TOLERANCE:  # lost beside much larger ones
         direction = vectors[:, 0] / scale
         eigenvalue = float(direction @ block @ direction / (direction @ direction))
     direction = direction / direction[np.argmax(np.abs(direction))]
@@ -153,7 +153,7 @@ def _is_above(matrix: Numbers, places: Sequence[int], limit: float) -> bool:
 
 def _worst_pair(block: Numbers, places: Sequence[int]) -> Pair | None:
     """The entry that is largest against the root of its two diagonals, if that is not allowed."""
-    worst, found = 1 + _TOLERANCE, None
+    worst, found = 1 + TOLERANCE, None
     for i, row in enumerate(block):
         for j in range(i + 1, len(row)):
             if row[j] == 0 or min(row[i], block[j][j]) < 0:

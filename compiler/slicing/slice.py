@@ -223,12 +223,15 @@ def _closures(closures: Closures | None, number: Mapping[int, int]) -> Closures 
 
 
 def _without_useless_checks(program: Program) -> Program:
-    """Remove checks of nodes that no longer appear, and bounds whose parameters do not."""
+    """Remove checks of nodes that no longer appear.
+
+    Bounds and checks of symmetry stay as long as one of their parameters appears.
+    """
     dag, bare = program.dag, replace(program, positive=(), parameters=())
     used = set(dag.reachable(program_roots(bare)))
 
     def is_used(check: PositiveParameter) -> bool:
-        if not check.bound:
+        if not check.bound and check.symmetric is None:
             return check.node in used
         return any(node in used for node in dag.reachable([check.node]) if dag.symbol_of(node))
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import assert_never
 
 from bgc.building.built import Place, Places
-from bgc.diagnostics.catalogue import closures, jumps, run, samples, starts
+from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.result import Result
@@ -121,7 +121,11 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     if index == model.n_param + model.n_check:
         return starts.no_start(places.start)
     if index >= model.n_param:
-        return run.parameters_refused(text(model.param_check[index - model.n_param]))
+        message = text(model.param_check[index - model.n_param])
+        element = _at(places.checks, index - model.n_param).span
+        if element is not None:
+            return physics.turned_asymmetric(element, message)
+        return run.parameters_refused(message)
     info = model.param[index]
     value = instance.parameter(index)
     return parameter_out_of_range(text(info.name), text(info.unit), value, info.low, info.high)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import warning, with_article
+from bgc.diagnostics.catalogue import error, warning, with_article
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
@@ -15,7 +15,8 @@ def not_symmetric(
     """BG445: a storage field that is not symmetric
 
     What: the matrix of a C or I field is not symmetric. For a nonlinear law with several ports this
-    is the matrix of slopes: `de[1]/dq[2]` differs from `de[2]/dq[1]`.
+    is the matrix of slopes: `de[1]/dq[2]` differs from `de[2]/dq[1]`. A run whose parameters make a
+    symmetric matrix of a linear field asymmetric is refused.
 
     Why: such a law has no stored energy: a closed path in its state space would create energy
     (Maxwell's reciprocity).
@@ -23,7 +24,8 @@ def not_symmetric(
     Example: `field : C[2](stiffness = [[3, 2], [0, 3]]);`
 
     Way out: correct the matrix, or give the energy, `C[2] { H = ..; }`; the law derived from it is
-    symmetric. An MGY with a skew matrix exchanges power without storing it.
+    symmetric. An MGY with a skew matrix exchanges power without storing it. At run time set both
+    entries, `--set "G[1,2]=2" --set "G[2,1]=2"`, or compute both from one parameter in the model.
     """
     row, column = place
     return warning(
@@ -34,6 +36,17 @@ def not_symmetric(
         note="a storage element whose matrix is not symmetric has no energy",
         help="correct the matrix, or give the energy, `{ H = ..; }`; to exchange power without "
         "storing it use an MGY with a skew matrix",
+    )
+
+
+def turned_asymmetric(span: Span, message: str) -> Diagnostic:
+    """Refuse parameters that make a symmetric matrix asymmetric (BG445), as the message says."""
+    return error(
+        "BG445",
+        message,
+        span,
+        note="the model is compiled for a symmetric matrix; without it storage has no energy",
+        help="set both entries to the same value, or compute both from one parameter in the model",
     )
 
 

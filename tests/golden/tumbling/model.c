@@ -73,6 +73,16 @@
 
 #include <math.h>
 
+static inline double model_max(double a, double b)
+{
+    return a > b || a != a ? a : b;
+}
+
+static inline double model_less(double a, double b)
+{
+    return a < b ? 1.0 : a >= b ? 0.0 : (double)NAN;
+}
+
 static inline double model_at_most(double a, double b)
 {
     return a <= b ? 1.0 : a > b ? 0.0 : (double)NAN;
@@ -234,10 +244,10 @@ static void model_prepare_2(const double *restrict p, double *restrict h, double
 
 static void model_prepare_3(const double *restrict p, double *restrict h, double *restrict w)
 {
-    const double v58 = w[-10] + w[-15] * (w[24] * w[-1]);
+    const double v58 = w[-6] + w[-11] * (w[28] * w[3]);
     h[-16] = v58;
-    w[8] = v58;
-    h[-15] = w[24] * w[-15];
+    w[12] = v58;
+    h[-15] = w[28] * w[-11];
     const double v59 = p[-14] * 100.0;
     const double v60 = p[-15] * 100.0;
     h[-14] = p[-4] * 100.0 + p[0] * v59 - p[1] * v60;
@@ -248,72 +258,99 @@ static void model_prepare_3(const double *restrict p, double *restrict h, double
     const double v63 = p[-15] * v60;
     const double v64 = p[-13] + (v62 + v63);
     h[5] = v64;
+    w[10] = v64;
     const double v65 = p[-16] * v60;
-    const double v66 = p[-16] * v59;
-    h[-11] = p[-2] * v60 - p[-3] * v59 + p[-1] * v64 + p[0] * (p[-12] - v65) + p[1] * (p[-11] -
-            v66);
-    const double v67 = p[-16] * v61;
-    const double v68 = p[-9] + (v62 + v67);
-    h[6] = v68;
-    const double v69 = p[-15] * v59;
-    h[-10] = p[-4] * v59 - p[-2] * v61 + p[-1] * (p[-10] - v65) + p[0] * v68 + p[1] * (p[-8] - v69);
-    const double v70 = p[-5] + (v63 + v67);
-    h[7] = v70;
-    h[-9] = p[-3] * v61 - p[-4] * v60 + p[-1] * (p[-7] - v66) + p[0] * (p[-6] - v69) + p[1] * v70;
-    const double v71 = 0.5 * p[13];
-    const double v72 = cos(v71);
-    const double v73 = 0.5 * p[12];
-    const double v74 = cos(v73);
-    const double v75 = 0.5 * p[11];
-    const double v76 = cos(v75);
-    const double v77 = v74 * v76;
-    const double v78 = sin(v71);
-    const double v79 = sin(v73);
-    const double v80 = sin(v75);
-    const double v81 = v79 * v80;
-    h[-8] = v72 * v77 + v78 * v81;
-    const double v82 = v74 * v80;
-    const double v83 = v79 * v76;
-    h[-7] = v72 * v82 - v78 * v83;
-    h[-6] = v72 * v83 + v78 * v82;
-    h[-5] = v78 * v77 - v72 * v81;
-    h[-1] = 1.0 / w[25];
-    h[0] = 1.0 / w[14];
-    h[1] = 1.0 / w[21];
-    h[2] = 1.0 / w[10];
-    h[3] = 1.0 / w[0];
-    const double v84 = fabs(w[-16]);
-    w[6] = v84;
-    w[3] = model_at_most(v84, 1.7976931348623157e+308);
+    const double v66 = p[-12] - v65;
+    w[7] = v66;
+    const double v67 = p[-16] * v59;
+    const double v68 = p[-11] - v67;
+    w[6] = v68;
+    h[-11] = p[-2] * v60 - p[-3] * v59 + p[-1] * v64 + p[0] * v66 + p[1] * v68;
+    const double v69 = p[-10] - v65;
+    w[5] = v69;
+    const double v70 = p[-16] * v61;
+    const double v71 = p[-9] + (v62 + v70);
+    h[6] = v71;
+    w[0] = v71;
+    const double v72 = p[-15] * v59;
+    const double v73 = p[-8] - v72;
+    w[-3] = v73;
+    h[-10] = p[-4] * v59 - p[-2] * v61 + p[-1] * v69 + p[0] * v71 + p[1] * v73;
+    const double v74 = p[-7] - v67;
+    w[-8] = v74;
+    const double v75 = p[-6] - v72;
+    w[-10] = v75;
+    const double v76 = p[-5] + (v63 + v70);
+    h[7] = v76;
+    w[-16] = v76;
+    h[-9] = p[-3] * v61 - p[-4] * v60 + p[-1] * v74 + p[0] * v75 + p[1] * v76;
+    const double v77 = 0.5 * p[13];
+    const double v78 = cos(v77);
+    const double v79 = 0.5 * p[12];
+    const double v80 = cos(v79);
+    const double v81 = 0.5 * p[11];
+    const double v82 = cos(v81);
+    const double v83 = v80 * v82;
+    const double v84 = sin(v77);
+    const double v85 = sin(v79);
+    const double v86 = sin(v81);
+    const double v87 = v85 * v86;
+    h[-8] = v78 * v83 + v84 * v87;
+    const double v88 = v80 * v86;
+    const double v89 = v85 * v82;
+    h[-7] = v78 * v88 - v84 * v89;
+    h[-6] = v78 * v89 + v84 * v88;
+    h[-5] = v84 * v83 - v78 * v87;
+    h[-1] = 1.0 / w[29];
+    h[0] = 1.0 / w[18];
+    h[1] = 1.0 / w[25];
+    h[2] = 1.0 / w[14];
+    h[3] = 1.0 / w[4];
 }
 
 static void model_prepare_4(const double *restrict p, double *restrict h, double *restrict w)
 {
-    h[-2] = w[-10] == 0.0 ? w[-7] : w[-10] == w[-10] ? w[-7] - 3.552713678800501e-15 *
-            (fabs(p[-12]) + (fabs(w[-30]) + fabs(w[-36]))) : w[-10];
-    const double v85 = fabs(w[-34]);
-    const double v86 = model_at_most(v85, 1.7976931348623157e+308);
-    h[-1] = v86 == 0.0 ? v85 : v86 == v86 ? v85 - 3.552713678800501e-15 * (fabs(w[-35]) +
-            fabs(p[-16])) : v86;
-    const double v87 = fabs(w[-31]) + fabs(w[-16]) + fabs(w[-19]) + fabs(w[-26]) + fabs(w[-22]) +
-            fabs(w[-32]) + fabs(w[-13]) + fabs(w[-15]) + fabs(w[-18]) + fabs(w[-21]) + fabs(w[-24]);
-    const double v88 = v87 + fabs(w[-9]) + fabs(w[-2]) + fabs(w[-3]) + fabs(w[-4]) + fabs(w[-6]) +
-            fabs(w[-8]) + fabs(w[5]) + fabs(w[10]) + fabs(w[9]) + fabs(w[8]);
-    const double v89 = v88 + fabs(w[7]) + fabs(w[6]) + fabs(w[-1]) + fabs(w[4]) + fabs(w[3]) +
-            fabs(w[2]) + fabs(w[1]) + fabs(w[0]) + fabs(w[11]) + fabs(w[-5]);
-    h[0] = model_at_most(fabs(v89 + fabs(w[15]) + fabs(w[14]) + fabs(w[13]) + fabs(w[12])),
+    const double v90 = model_less(model_max(model_max(sqrt(fabs(w[13] * w[3])), fabs(w[10])),
+            fabs(w[8])) * 1e-09, fabs(w[10] - w[8]));
+    h[-4] = v90 == 0.0 ? 1.0 : v90 == v90 ? 0.0 : v90;
+    const double v91 = model_less(1e-09 * model_max(model_max(sqrt(fabs(w[13] * w[-13])),
+            fabs(w[9])), fabs(w[-5])), fabs(w[9] - w[-5]));
+    h[-3] = v91 == 0.0 ? 1.0 : v91 == v91 ? 0.0 : v91;
+    const double v92 = model_less(1e-09 * model_max(model_max(sqrt(fabs(w[3] * w[-13])),
+            fabs(w[0])), fabs(w[-7])), fabs(w[0] - w[-7]));
+    h[-2] = v92 == 0.0 ? 1.0 : v92 == v92 ? 0.0 : v92;
+    const double v93 = fabs(w[-9]);
+    const double v94 = model_at_most(v93, 1.7976931348623157e+308);
+    h[-1] = v94 == 0.0 ? v93 : v94 == v94 ? v93 - 3.552713678800501e-15 * (fabs(p[11]) +
+            (fabs(w[-10]) + fabs(w[-16]))) : v94;
+    const double v95 = fabs(w[-14]);
+    const double v96 = model_at_most(v95, 1.7976931348623157e+308);
+    h[0] = v96 == 0.0 ? v95 : v96 == v96 ? v95 - 3.552713678800501e-15 * (fabs(w[-15]) +
+            fabs(p[7])) : v96;
+    const double v97 = fabs(w[-11]) + fabs(w[4]) + fabs(w[1]) + fabs(w[-6]) + fabs(w[-2]) +
+            fabs(w[-12]) + fabs(w[7]) + fabs(w[5]) + fabs(w[2]) + fabs(w[-1]) + fabs(w[-4]);
+    w[6] = v97 + fabs(w[11]) + fabs(w[18]) + fabs(w[17]) + fabs(w[16]) + fabs(w[14]) + fabs(w[12])
+            + fabs(w[25]) + fabs(w[30]) + fabs(w[29]) + fabs(w[28]);
+}
+
+static void model_prepare_5(const double *restrict p, double *restrict h, double *restrict w)
+{
+    const double v98 = w[-16] + fabs(w[5]) + fabs(w[4]) + fabs(w[-3]) + fabs(w[2]) + fabs(w[1]) +
+            fabs(w[0]) + fabs(w[-1]) + fabs(w[-2]) + fabs(w[9]) + fabs(w[-7]);
+    h[1] = model_at_most(fabs(v98 + fabs(w[13]) + fabs(w[12]) + fabs(w[11]) + fabs(w[10])),
             1.7976931348623157e+308);
-    h[-14] = p[-2];
-    h[-13] = p[-1];
-    h[-12] = p[0];
+    h[-16] = p[-2];
+    h[-15] = p[-1];
+    h[-14] = p[0];
 }
 
 static void model_prepare(const double *p, double *h, double *w)
 {
     model_prepare_1(p, h, w + 16);
     model_prepare_2(p, h + 32, w + 16);
-    model_prepare_3(p + 16, h + 50, w + 24);
-    model_prepare_4(p + 23, h + 60, w + 37);
+    model_prepare_3(p + 16, h + 50, w + 20);
+    model_prepare_4(p, h + 62, w + 17);
+    model_prepare_5(p + 23, h + 62, w + 39);
 }
 
 /* The right-hand sides f of M y' = f. */
@@ -812,12 +849,7 @@ static void model_scale(const double *h, double *scale, double *w)
 static void model_positive(const double *p, const double *h, double *check, double *w)
 {
     (void)p, (void)w;
-    check[0] = h[55];
-    check[1] = h[56];
-    check[2] = h[57];
-    check[3] = h[58];
-    check[4] = h[59];
-    check[5] = h[60];
+    for (int k = 0; k < 9; k++) check[k] = h[k + 55];
 }
 
 /* The arguments of functions that may hide pulses. */
@@ -1118,6 +1150,9 @@ static const char *const model_param_check[] = {
     "the inertia of `free.body[4]` must be positive",
     "the inertia of `free.body[5]` must be positive",
     "the inertia of `free.body[6]` must be positive",
+    "the matrix of `free.body` must be symmetric: its entries [4, 5] and [5, 4] differ, by `inertia[1,2]` and `inertia[2,1]`",
+    "the matrix of `free.body` must be symmetric: its entries [4, 6] and [6, 4] differ, by `inertia[1,3]` and `inertia[3,1]`",
+    "the matrix of `free.body` must be symmetric: its entries [5, 6] and [6, 5] differ, by `inertia[2,3]` and `inertia[3,2]`",
     "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
     "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
     "an expression of parameters must be finite, but divides by zero: the equation of `free.body.p[1]` needs it",
@@ -1184,7 +1219,7 @@ static const bgc_model model_info = {
     .name = "quaternion",
     .hash = "of its sources",
     .n_param = 30,
-    .n_hoist = 61,
+    .n_hoist = 64,
     .n_state = 13,
     .n_input = 0,
     .n_output = 18,
@@ -1194,7 +1229,7 @@ static const bgc_model model_info = {
     .n_jac = 102,
     .n_mass = 0,
     .n_lu = 109,
-    .n_check = 6,
+    .n_check = 9,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,

@@ -1,0 +1,76 @@
+"""Checks that the parameters of a run keep the matrix of a linear storage element symmetric.
+
+The energy account `1/2 x' M x` and the common inertia of several elements are derived for symmetric
+matrices. The compiler compares the entries at the parameters' defaults, a run those that it gets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.diagnostics.catalogue import listed
+from bgc.equations.variables.variables import Variables
+from bgc.ir.graph import FlatGraph, LinearLaw, Matrix, Node, Storage
+from bgc.ir.program import PositiveParameter
+from bgc.passivity.definite import TOLERANCE, find_asymmetry
+
+
+def symmetry_checks(variables: Variables) -> Iterator[PositiveParameter]:
+    """One check for each pair of entries that parameters can make different.
+
+    A matrix that is not symmetric at the defaults has no checks: BG445 has warned of it, and its
+    energy account does not assume symmetry.
+    """
+    graph = variables.causal.graph
+    for element in graph.elements:
+        if not isinstance(element, Storage) or not isinstance(element.law, LinearLaw):
+            continue
+        if all(graph.bonds[port.bond].power for port in element.ports):
+            yield from _checks_of(variables, element, element.law.matrix)
+
+
+def _checks_of(
+    variables: Variables, element: Storage, matrix: Matrix
+) -> Iterator[PositiveParameter]:
+    graph = variables.causal.graph
+    pairs = [
+        (i, j)
+        for i, j in combinations(range(len(matrix)), 2)
+        if _can_differ(variables, matrix[i][j], matrix[j][i])
+    ]
+    if not pairs or find_asymmetry([[variables.default(x) for x in row] for row in matrix]):
+        return
+    for i, j in pairs:
+        message = (
+            f"the matrix of `{element.name}` must be symmetric: its entries "
+            f"[{i + 1}, {j + 1}] and [{j + 1}, {i + 1}] differ"
+            f"{_by(graph, matrix[i][j], matrix[j][i])}"
+        )
+        even = _is_even(graph.dag, matrix, i, j)
+        yield PositiveParameter(even, message, strictly_positive=True, symmetric=element.span)
+
+
+def _can_differ(variables: Variables, a: Node, b: Node) -> bool:
+    level = max(variables.dag.level[a], variables.dag.level[b])
+    return level == Level.PARAM and not variables.causal.fingerprints.equal(a, b)
+
+
+def _by(graph: FlatGraph, a: Node, b: Node) -> str:
+    """Name the parameters that only one of two entries holds."""
+    dag = graph.dag
+    held = [{s for n in dag.reachable([x]) if (s := dag.symbol_of(n)) is not None} for x in (a, b)]
+    indices = sorted(s.index for s in held[0] ^ held[1] if s.kind is Kind.PARAM)
+    return f", by {listed([graph.parameters[k].name for k in indices])}" if indices else ""
+
+
+def _is_even(dag: Dag, matrix: Matrix, i: int, j: int) -> Node:
+    """0 where two mirrored entries differ as `find_asymmetry` judges, else 1; 1 where undefined."""
+    entry, mirror = matrix[i][j], matrix[j][i]
+    size = dag.call(Op.SQRT, dag.call(Op.ABS, dag.mul(matrix[i][i], matrix[j][j])))
+    for x in (entry, mirror):
+        size = dag.call(Op.MAX, size, dag.call(Op.ABS, x))
+    difference = dag.call(Op.ABS, dag.sub(entry, mirror))
+    differs = dag.call(Op.LT, dag.mul(dag.const(TOLERANCE), size), difference)
+    return dag.select(differs, dag.zero, dag.one)
