@@ -1,8 +1,15 @@
 """Rigid joints in a row on the ground, merged into as many states as there are angles."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
+import bgc
+
+MODEL = Path(__file__).parents[1] / "models/rigid_chain.bg"
 
 ALONG, ACROSS = "{i} {t} {t}", "{t} {i} {t}"
 
@@ -53,3 +60,19 @@ def test_angles_are_those_of_mujoco(load, scene, axes, lower_at, shape, torque):
     np.testing.assert_allclose(result["first"][1:], expected[:, 0], atol=1e-7)
     np.testing.assert_allclose(result["second"][1:], expected[:, 1], atol=1e-7)
     assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+def test_a_link_without_length_leaves_a_pendulum(tmp_path):
+    """The moduli of its shift underflow: differences of flows are rounding, and no power."""
+    path = tmp_path / "short.bg"
+    text = MODEL.read_text("utf-8").replace("length = 2 m", "length = 1e-308 m")
+    path.write_text(text, "utf-8")
+    result = bgc.compile(path, scene="planar").simulate()
+    inertia = 4 * 1.01 / 12 + 4 * 0.25 + 0.01 + 1
+    pull = 9.81 * (4 * 0.5 + 1)
+    exact = solve_ivp(
+        lambda _, x: (x[1], pull * np.cos(x[0]) / inertia), (0, 2), (np.deg2rad(10), 0),
+        t_eval=(1, 2), rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    np.testing.assert_allclose(result["second"][1:], exact.y[0], atol=1e-7)
+    assert np.abs(result["first"]).max() < 1e-300
