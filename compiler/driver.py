@@ -191,10 +191,12 @@ def _stages(
     yield "causality", {"causal": first}
 
     causal, equations = equations_of(first, derived)
+    replaced: dict[str, Any] = {}
     if causal is not first:
         warnings[:] = [*(w for w in warnings if w not in first.warnings), *causal.warnings]
+        replaced["causal"] = causal
     warnings += equations.warnings
-    yield "equations", {"causal": causal, "equations": equations}
+    yield "equations", {**replaced, "equations": equations}
 
     sliced = with_divisor_checks(equations if options.whole else slice_program(equations))
     yield "slice", {"sliced": sliced}
