@@ -67,6 +67,9 @@ class FakeScope:
     def is_value(self, name: str) -> bool:
         return isinstance(self.values.get(name), Value)
 
+    def component_of(self, name: str) -> None:
+        return None  # all values are known
+
     def function(self, name: str) -> FunctionUse | None:
         found = self.functions.get(name)
         return FunctionUse(found, FakeScope({}, self.functions)) if found else None

@@ -13,6 +13,7 @@ from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.audit import assert_power_balance, power_defect
 from bgc.equations.derive import derive_equations
+from bgc.language.columns import AccountColumn
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 
@@ -20,7 +21,8 @@ from bgc.resolution.resolve import load_text
 @pytest.fixture
 def program():
     graph = rlc().build()
-    accounts = ("stored", "supplied", "dissipated")
+    names = ("stored", "supplied", "dissipated")
+    accounts = tuple(AccountColumn(name, f"energy.{name}") for name in names)
     return derive_equations(
         assign_causality(replace(graph, scene=replace(graph.scene, accounts=accounts)))
     )

@@ -16,6 +16,7 @@ from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.pages import pages
+from bgc.language.columns import AccountColumn
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
 from bgc.runtime.results.result import Result as Rows
@@ -24,7 +25,7 @@ from bgc.runtime.running import compiling
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
-ACCOUNTS = ("stored", "residual")
+ACCOUNTS = tuple(AccountColumn(name, f"energy.{name}") for name in ("stored", "residual"))
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.columns import AccountColumn
 from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.model import Model
 from bgc.runtime.running import binding
@@ -24,7 +25,7 @@ from bgc.runtime.running.run import choose_method
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")
-ACCOUNTS = ("residual",)
+ACCOUNTS = tuple(AccountColumn(name, f"energy.{name}") for name in ("residual",))
 
 
 @pytest.fixture(scope="module")
