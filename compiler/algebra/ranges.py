@@ -7,6 +7,7 @@ values of the parameters that keep one end on its side of zero.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
@@ -145,7 +146,7 @@ class Ranges:
             self._extreme(Op.MAX, a.high, b.high),
         )
 
-    def _both(self, compute, a: int | None, b: int | None) -> int | None:  # type: ignore[no-untyped-def]
+    def _both(self, compute: Callable[[int, int], int], a: int | None, b: int | None) -> int | None:
         return None if a is None or b is None else compute(a, b)
 
     def _extreme(self, op: Op, a: int | None, b: int | None) -> int | None:

@@ -35,7 +35,7 @@ class PortNumbers:
 
     @property
     def is_known(self) -> bool:
-        """Whether all are finite; others are refused at each reset."""
+        """True where all are finite; others are refused at each reset."""
         return all(map(math.isfinite, astuple(self))) and self.period > 0
 
 

@@ -44,7 +44,7 @@ def port_facts(program: Program, ports: Sequence[SampledPort]) -> tuple[PortFact
 def force_facts(
     program: Program, ports: Sequence[SampledPort], slots: Iterable[Slot]
 ) -> tuple[ForceFacts, ...]:
-    """What makes the force on each device that takes one."""
+    """Collect the facts about the force on each device that takes one."""
     reads = _Reads(program)
     observers = [slot.path for slot in slots if slot.filled_by == _OBSERVER]
     guards = {path: reads.devices_of(path) for path in (*(p.name for p in ports), *observers)}
@@ -113,7 +113,7 @@ class _Reads:
         return [found[index] for index in sorted(found)]
 
     def moves(self, nodes: Sequence[Node], guards: Sequence[str]) -> bool:
-        """Whether expressions depend on states or poses other than through guards."""
+        """Return whether expressions depend on states or poses other than through guards."""
         inside = tuple(f"{path}." for path in guards)
         held = self.held_behind(nodes, guards)
         read = [*nodes, *(h.update for h in held if not h.name.startswith(inside))]

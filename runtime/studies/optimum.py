@@ -102,7 +102,7 @@ class Optimum:
 
     @property
     def feasible(self) -> bool:
-        """Whether all limits are met."""
+        """True where all limits are met."""
         return all(each.note != "exceeded" for each in self.limits)
 
     def parameters(self) -> dict[str, float]:

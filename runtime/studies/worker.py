@@ -45,7 +45,7 @@ class Shipped:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What `Shipped.packed` holds: C text, facts and the files that devices read."""
+    """The contents of `Shipped.packed`: C text, facts and the files that devices read."""
 
     units: tuple[Unit, ...]
     facts: RunFacts

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from ctypes import POINTER, c_double, c_int, c_void_p
+from ctypes import CDLL, POINTER, c_double, c_int, c_void_p
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -128,7 +128,7 @@ def pinocchio(name: str) -> tuple[float, float, Array] | str:
 
 
 @cache
-def _pinocchio():  # type: ignore[no-untyped-def]
+def _pinocchio() -> CDLL | str:
     spec = find_spec("cmeel")
     flags = ["-O3", "-DNDEBUG", "-std=c++17", "-I/usr/include/eigen3"]
     flags += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]

@@ -129,7 +129,7 @@ class Unit:
         return np.array(found)
 
     def rolls_back(self, times: np.ndarray) -> bool:
-        """Whether a restored instance, and a new one from serialised bytes, continue equally."""
+        """Return whether restored instances, also from serialised bytes, continue equally."""
         fmu = self.opened()
         half = len(times) // 2
         for start, end in pairwise(times[: half + 1]):

@@ -1,4 +1,4 @@
-"""Whether raw equations have a single solution near random points, without solving them.
+"""Decide whether raw equations have a single solution near random points, without solving.
 
 The equations 0 = F(x, z, t), x' = S z are linearised at a point. If the matrix pencil
 

@@ -83,7 +83,7 @@ def _children_time() -> float:
 def _watch(
     child: int, reader: int, items: Sequence[pytest.Item], limits: dict[str, float]
 ) -> list[list[str]]:
-    """What the child wrote until it ended or was silent for too long."""
+    """The text that the child wrote until it ended or was silent for too long."""
     text = b""
     longest = 4.0 * max((limits.get(item.nodeid, 5.0) for item in items), default=5.0) + _SILENCE
     end = time.monotonic() + longest
