@@ -114,9 +114,8 @@ class System:
     """Linear equations in numbers, each reduced by those before it."""
 
     def __init__(self) -> None:
-        # Pivot, row with its value, and the conditions of which it is made.
-        self._reduced: list[tuple[int, list[float], list[Condition]]] = []
-        self.behind: list[Condition] = []  # of the row that contradicted the others last
+        self._reduced: list[_Reduced] = []
+        self.behind: list[Condition] = []  # the row that contradicted the others last
 
     def copy(self) -> System:
         """A system with the same equations that grows on its own."""
@@ -127,20 +126,39 @@ class System:
     def insert(self, row: list[float], condition: Condition | None = None) -> Answer:
         """Insert coefficients followed by their value, if they are independent."""
         size, value = max(map(abs, row[:-1]), default=0.0), row[-1]
-        behind = [] if condition is None else [condition]
-        for pivot, other, made_of in self._reduced:
-            factor = row[pivot] / other[pivot]
+        used = []
+        for k, other in enumerate(self._reduced):
+            factor = row[other.pivot] / other.row[other.pivot]
             if factor:
-                behind += made_of
-            row = [x - factor * y for x, y in zip(row, other, strict=True)]
+                used.append(k)
+                row = [x - factor * y for x, y in zip(row, other.row, strict=True)]
         pivot = max(range(len(row) - 1), key=lambda j: abs(row[j]), default=-1)
         if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
-            self._reduced.append((pivot, row, behind))
+            self._reduced.append(_Reduced(pivot, row, condition, used))
             return Answer.ADDS
         if abs(row[-1]) > NEGLIGIBLE * max(1.0, abs(value)):
-            self.behind = behind
+            self.behind = self._conditions_of(used)
             return Answer.CONTRADICTS
         return Answer.FOLLOWS
+
+    def _conditions_of(self, used: list[int]) -> list[Condition]:
+        """The conditions that rows are made of, directly or by the rows that reduced them."""
+        reached = set(used)
+        for k in range(len(self._reduced) - 1, -1, -1):  # a row is reduced by earlier ones
+            if k in reached:
+                reached.update(self._reduced[k].used)
+        found = (self._reduced[k].condition for k in sorted(reached))
+        return [condition for condition in found if condition is not None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Reduced:
+    """A row with its value and pivot, its condition, and the rows that were subtracted from it."""
+
+    pivot: int
+    row: list[float]
+    condition: Condition | None
+    used: list[int]
 
 
 def contradiction(
