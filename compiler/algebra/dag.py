@@ -271,6 +271,8 @@ class Dag:
             return self._whole_power(a, int(exponent))
         if exponent == Fraction(1, 2):
             return self.call(Op.SQRT, a)
+        if a == self.zero and exponent is not None and exponent > 0:
+            return a
         return self._make(_POW, a, b)
 
     def select(self, condition: int, yes: int, no: int) -> int:

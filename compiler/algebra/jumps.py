@@ -46,6 +46,17 @@ def joins(dag: Dag, segment: Node, reader: Node) -> bool:
     return same and order == 0 and isinstance(table, Table) and table.continuous
 
 
+def at_threshold(dag: Dag, roots: Iterable[Node], threshold: Mapping[Node, Node]) -> list[Node]:
+    """The roots at a point where an operation changes its result.
+
+    Zero to a power that is not known is zero there: `sign(x)*abs(x)^n` is continuous for n > 0.
+    """
+    there = dag.substitute(roots, threshold)
+    powers = (n for n in dag.reachable(there) if dag.op[n] == Op.POW and dag.a[n] == dag.zero)
+    vanishing = {n: dag.zero for n in powers if dag.value(dag.b[n]) is None}
+    return dag.substitute(there, vanishing) if vanishing else there
+
+
 def holding_sudden(dag: Dag, roots: Iterable[Node]) -> set[Node]:
     """The nodes below roots that depend on an operation which changes its result at once."""
     found: set[Node] = set()
@@ -66,7 +77,7 @@ def _is_continuous(dag: Dag, fingerprints: Fingerprints, root: Node, node: Node)
 def _put(dag: Dag, root: Node, node: Node, result: Node, at: Mapping[Node, Node]) -> Node:
     """The root with a result for an operation, at a point where that result changes."""
     (given,) = dag.substitute([root], {node: result})
-    (there,) = dag.substitute([given], at)
+    (there,) = at_threshold(dag, [given], at)
     return there
 
 

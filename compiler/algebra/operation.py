@@ -166,7 +166,7 @@ class Operation:
     exact
         Exact value at exact operands; None where it is not rational. Replaces `points`.
     root
-        Value at an exact operand as (s, n), which stands for s sqrt(n); None where it is no root.
+        Value at an exact operand as (s, n), for s sqrt(n); None where it is not a root.
     partials
         Derivatives by the operands; shorter than `arguments` where the last ones are constant.
         Empty for a piecewise constant operation; None for a choice and for leaves.

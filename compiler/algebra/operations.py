@@ -42,8 +42,8 @@ def _guarded(d: Builder, divisor: Node, dividend: Node) -> Node:
 
 
 def _one_over_root(d: Builder, a: Node, b: Node) -> Node:
-    """`1 / sqrt(a - b)`."""
-    return d.div(d.one, d.call(Op.SQRT, d.sub(a, b)))
+    """`1 / sqrt(a - b)`; 0 at the end of the domain, where it is infinite."""
+    return _guarded(d, d.call(Op.SQRT, d.sub(a, b)), d.one)
 
 
 def _quotient_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...]:
@@ -52,16 +52,19 @@ def _quotient_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...
 
 
 def _power_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...]:
-    """By a: `b a^(b-1)`, right also at a = 0; by b: `a^b log a`, 0 at a = 0."""
+    """By a: `b a^(b-1)`, and 0 where that is infinite at a = 0; by b: `a^b log a`, 0 at a = 0."""
     by_base = d.mul(b, d.pow(a, d.sub(b, d.one)))
-    if d.value(b) is not None:
-        return (by_base,)
+    exponent = d.value(b)
+    if exponent is not None:
+        rooted = 0 < exponent < 1
+        return (d.select(a, by_base, d.zero) if rooted else by_base,)
+    at_zero = d.call(Op.EQ, b, d.one)
     logarithm = d.select(a, d.call(Op.LOG, a), d.zero)
-    return by_base, d.mul(y, logarithm)
+    return d.select(a, by_base, at_zero), d.mul(y, logarithm)
 
 
 def _angle_partials(d: Builder, angle: Node, y: Node, x: Node) -> tuple[Node, ...]:
-    inverse_square = d.div(d.one, d.add(d.mul(y, y), d.mul(x, x)))
+    inverse_square = _guarded(d, d.add(d.mul(y, y), d.mul(x, x)), d.one)
     return d.mul(x, inverse_square), d.neg(d.mul(y, inverse_square))
 
 
@@ -603,6 +606,7 @@ class Op(IntEnum):
         plain=False,
         unit_power=Fraction(1),
         evaluate=math.hypot,
+        exact=lambda a, b: _root_of_square(a * a + b * b),
         partials=_hypotenuse_partials,
         symmetric=True,
         never_negative=True,

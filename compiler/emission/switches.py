@@ -19,7 +19,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.jumps import is_segment, joins
+from bgc.algebra.jumps import at_threshold, is_segment, joins
 from bgc.algebra.operation import Jump
 from bgc.algebra.operations import ROWS
 from bgc.building.built import Place, Places
@@ -200,7 +200,7 @@ def _steep(dag: Dag, roots: Iterable[Node], continuous: Iterable[Node]) -> set[N
     def begins_at(root: Node, threshold: Mapping[Node, Node]) -> bool:
         if begins[root].isdisjoint(threshold):
             return False
-        return fingerprints.is_zero(*dag.substitute([dag.a[root]], threshold))
+        return fingerprints.is_zero(*at_threshold(dag, [dag.a[root]], threshold))
 
     return {
         node
@@ -275,11 +275,11 @@ def _are_continuous(
             case Op.NOT:
                 passes = True
             case Op.SELECT if node not in (b, c):
-                if not fingerprints.equal(*dag.substitute((b, c), threshold)):
+                if not fingerprints.equal(*at_threshold(dag, (b, c), threshold)):
                     return False
                 continue
             case Op.MUL if signed and a != b:
-                (other,) = dag.substitute([b if a == node else a], threshold)
+                (other,) = at_threshold(dag, [b if a == node else a], threshold)
                 passes = not fingerprints.is_zero(other)
             case Op.NEG if signed:
                 passes = True

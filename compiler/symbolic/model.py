@@ -77,6 +77,9 @@ class SymbolicModel:
     def _open(self, inputs: Sequence[str], outputs: Sequence[str], *, total: bool) -> Opened:
         return open_scene(self._path, self._options, inputs, outputs, self._given, total=total)
 
+    def __repr__(self) -> str:
+        return f"<bgc symbolic model of {self._path.name}: f, g, A, B, C, D, transfer(..)>"
+
     # --- letters ------------------------------------------------------------------------------
 
     @property

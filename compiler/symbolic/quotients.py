@@ -1,7 +1,7 @@
 """Quotients of integer polynomials for SymPy expressions.
 
-A part that is no sum, product or integer power (a cosine, a root, a choice) is one more letter, so
-all rational structure of an expression is handled exactly.
+A part that is not a sum, product or integer power (a cosine, a root, a choice) is one more letter,
+so all rational structure of an expression is handled exactly.
 
 Denominators are kept as products. A model divides by few different sums (a reduced mass, the pivot
 of an algebraic loop), each many times: a common denominator of two quotients then needs no greatest

@@ -157,3 +157,35 @@ scene s of Slack { observe pull, q, total; run 12 s every 0.05 s; }
 """)
     result = bgc.compile(path).simulate(**method)
     np.testing.assert_allclose(result["pull"], 1000 * np.maximum(result["q"], 0), atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def piston(tmp_path_factory):
+    """A mass behind dampers of c abs(v)^n at a force that turns its motion round."""
+    forms = {
+        "literal": "2*sign(f)*abs(f)^0.3",
+        "parameter": "2*sign(f)*abs(f/1 m/s)^n",
+        "chosen": "if f > 0 then 2*f^0.3 else -2*(-f)^0.3",
+        "hypotenuse": "2*sign(f)*hypot(f, 0)^0.3",
+    }
+    path = tmp_path_factory.mktemp("piston") / "piston.bg"
+    models = "".join(
+        f"model {name.title()} {{ param n = 0.3; mass : I(1 kg, f0 = 1 m/s); motion : J1; "
+        f"push : Se(-3 N); oil : MR {{ e = {law}; }} "
+        f"push -> motion -> mass, oil; }}\n"
+        f"scene {name} of {name.title()} {{ observe motion.f; run 2 s every 0.1 s; }}\n"
+        for name, law in forms.items()
+    )
+    path.write_text(models, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("method", METHODS[:1] + METHODS[3:6])
+@pytest.mark.parametrize("scene", ["literal", "parameter", "chosen", "hypotenuse"])
+def test_a_damper_of_a_power_below_one_lets_its_mass_turn_round(piston, scene, method):
+    """The slope of abs(v)^0.3 is infinite at v = 0: no step may be held there."""
+    result = bgc.compile(piston, scene=scene).simulate(**method)
+    turned, _ = quad(lambda v: 1 / (3 + 2 * v**0.3), 0, 1, epsabs=1e-12)
+    speed = -result["motion.f"][-1]
+    back, _ = quad(lambda v: 1 / (3 - 2 * v**0.3), 0, speed, epsabs=1e-12)
+    assert turned + back == pytest.approx(2, abs=2e-3 if "step" in method else 2e-5)

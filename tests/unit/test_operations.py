@@ -141,6 +141,39 @@ def test_derivatives_are_those_of_differences(op: Op) -> None:
             assert found == (expected, expected), x
 
 
+ENDS = [
+    (Op.SQRT, (0.0,)),
+    (Op.CBRT, (0.0,)),
+    (Op.POW, (0.0, 0.3)),
+    (Op.ASIN, (1.0,)),
+    (Op.ASIN, (-1.0,)),
+    (Op.ACOS, (1.0,)),
+    (Op.ACOS, (-1.0,)),
+    (Op.ACOSH, (1.0,)),
+    (Op.HYPOT, (0.0, 0.0)),
+    (Op.ATAN2, (0.0, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("op", "x"), ENDS, ids=[f"{op.name}{x}" for op, x in ENDS])
+def test_an_infinite_slope_at_the_end_of_a_domain_counts_as_zero(
+    op: Op, x: tuple[float, ...]
+) -> None:
+    """Times a rate of zero, as behind a clamp or at rest, it would be NaN."""
+    assert list(derivatives(op, x)) == [(0.0, 0.0)] * len(x)
+
+
+@pytest.mark.parametrize(("exponent", "slope"), [(0.3, 0.0), (1.0, 1.0), (1.5, 0.0), (2.0, 0.0)])
+def test_the_slope_of_a_power_at_zero(exponent: float, slope: float) -> None:
+    """Also where the exponent is a constant of the model, not a variable."""
+    assert next(derivatives(Op.POW, (0.0, exponent))) == (slope, slope)
+    dag = Dag()
+    (x,) = states(dag, 1)
+    power = dag.pow(x, dag.const(Fraction(exponent).limit_denominator(10)))
+    (found,) = evaluate_nodes(dag, gradient(dag, power, [x]), at((0.0,)))
+    assert found == slope
+
+
 def test_choices_are_those_with_a_condition() -> None:
     assert {op for op in Op if op in CHOICES} == {Op.SELECT, Op.MIN, Op.MAX}
     for op in OPERATIONS:
@@ -300,6 +333,7 @@ def test_every_function_of_reals_is_one_of_the_language() -> None:
     assert len(NAMED) == len({op.row.name for op in NAMED})
 
 
+@pytest.mark.slow
 def test_erf_and_erfc_from_text_to_a_run(tmp_path) -> None:
     """x' = -2/sqrt(pi) exp(-t^2) from 1 is erfc(t), which far out is not lost beside 1."""
     (tmp_path / "diffusion.bg").write_text(
