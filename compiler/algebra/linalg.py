@@ -15,6 +15,9 @@ from bgc.algebra.dag import Dag, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.evaluate import evaluate_nodes, to_double
 from bgc.algebra.nodes import Matrix, Node
+from bgc.algebra.rational_inverse import SingularRowsError, inverse_of
+
+LARGE = 8  # rows from which on the number of operations decides
 
 
 class SingularMatrixError(Exception):
@@ -73,10 +76,11 @@ def connected_blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int
 def inverse(dag: Dag, matrix: Matrix) -> Matrix:
     """The inverse of a square matrix.
 
-    Blocks of rows and columns that no entry connects are inverted one by one: in exact arithmetic
-    if constant, by cofactors up to 3 x 3 (which divides by the determinant only), otherwise by
-    elimination. Pivots are diagonal entries where possible, which are safe in a symmetric positive
-    definite matrix, then constants, then entries that may vanish for some parameter values.
+    Blocks of rows and columns that no entry connects are inverted one by one: in rationals if
+    constant, by cofactors up to 3 x 3 (which divides by the determinant only), otherwise by
+    elimination; symmetric ones from `LARGE` rows on in half a table. Pivots are diagonal entries
+    where possible, which are safe in a symmetric positive definite matrix, then constants, then
+    entries that may vanish for some parameter values.
 
     Raises
     ------
@@ -97,31 +101,25 @@ def inverse(dag: Dag, matrix: Matrix) -> Matrix:
 def _invert_block(dag: Dag, block: Matrix) -> Matrix:
     if all(dag.level[node] == Level.CONST for row in block for node in row):
         return _invert_constants(dag, block)
-    return _invert_by_cofactors(dag, block) if len(block) <= 3 else _invert_by_pivots(dag, block)
+    if len(block) <= 3:
+        return _invert_by_cofactors(dag, block)
+    swept = _invert_by_sweeps(dag, block) if len(block) >= LARGE else None
+    return swept or _invert_by_pivots(dag, block)
 
 
 def _invert_constants(dag: Dag, block: Matrix) -> Matrix:
-    """Gauss-Jordan in exact rationals; constants that are not rational enter as doubles."""
-    size = len(block)
-    numbers = [[_rational(dag, node) for node in row] for row in block]
-    if any(number is None for row in numbers for number in row):
-        return _invert_by_pivots(dag, block)
-    table = [
-        [x or Fraction(0) for x in row] + [Fraction(int(i == j)) for j in range(size)]
-        for i, row in enumerate(numbers)
-    ]
-    for k in range(size):
-        chosen = next((i for i in range(k, size) if table[i][k] != 0), None)
-        if chosen is None:
-            raise SingularMatrixError
-        table[k], table[chosen] = table[chosen], table[k]
-        pivot = table[k][k]
-        table[k] = [entry / pivot for entry in table[k]]
-        for i in range(size):
-            factor = table[i][k]
-            if i != k and factor != 0:
-                table[i] = [x - factor * y for x, y in zip(table[i], table[k], strict=True)]
-    return tuple(tuple(dag.const(_shorten(entry)) for entry in row[size:]) for row in table)
+    """Invert in rationals; constants that are not rational enter as doubles."""
+    numbers = []
+    for row in block:
+        values = [_rational(dag, node) for node in row]
+        numbers.append([value for value in values if value is not None])
+        if len(numbers[-1]) < len(row):
+            return _invert_by_pivots(dag, block)
+    try:
+        found = inverse_of(numbers)
+    except SingularRowsError:
+        raise SingularMatrixError from None
+    return tuple(tuple(dag.const(_shorten(entry)) for entry in row) for row in found)
 
 
 def _rational(dag: Dag, node: Node) -> Fraction | None:
@@ -168,6 +166,40 @@ def _cofactor(dag: Dag, block: Matrix, row: int, column: int) -> Node:
         case _:
             raise AssertionError(f"a {len(block)} x {len(block)} matrix")
     return determinant if (row + column) % 2 == 0 else dag.neg(determinant)
+
+
+def _invert_by_sweeps(dag: Dag, block: Matrix) -> Matrix | None:
+    """Invert a symmetric matrix in half the table: n^3/2 products and as many differences.
+
+    The sweep of k replaces `a_ij` by `a_ij - (a_ik/a_kk) a_kj`, `a_ik` by `a_ik/a_kk` and `a_kk` by
+    `-1/a_kk`; after all sweeps the table is the negative inverse (Beaton 1964). None where the
+    matrix is not symmetric node for node, or a diagonal pivot vanishes.
+    """
+    size = range(len(block))
+    if any(block[i][j] != block[j][i] for i in size for j in range(i)):
+        return None
+    table = [list(row[: i + 1]) for i, row in enumerate(block)]
+    left = set(size)
+    while left:
+        k = min(left, key=lambda k: (sum(table[max(i, k)][min(i, k)] != dag.zero for i in left), k))
+        pivot = table[k][k]
+        if pivot == dag.zero:
+            return None
+        left.remove(k)
+        reciprocal = dag.div(dag.one, pivot)
+        coupled = {
+            i: table[max(i, k)][min(i, k)]
+            for i in size
+            if i != k and table[max(i, k)][min(i, k)] != dag.zero
+        }
+        for i, entry in coupled.items():
+            factor = dag.mul(entry, reciprocal)
+            for j in coupled:
+                if j <= i:
+                    table[i][j] = dag.sub(table[i][j], dag.mul(factor, coupled[j]))
+            table[max(i, k)][min(i, k)] = factor
+        table[k][k] = dag.neg(reciprocal)
+    return tuple(tuple(dag.neg(table[max(i, j)][min(i, j)]) for j in size) for i in size)
 
 
 def _invert_by_pivots(dag: Dag, block: Matrix) -> Matrix:

@@ -98,16 +98,44 @@ CENTRE = (0.15, 0.01, 0.02)  # m, the centre of mass of a box from its hinge
 INERTIA = ((0.01, 0.001, 0.0), (0.001, 0.03, 0.0), (0.0, 0.0, 0.03))  # kg*m^2 about the centre
 
 
-def _boxes(n: int, parent: Callable[[int], int]) -> str:
+_SKEW = ((1, 2, 2), (2, 1, -2), (2, -2, 1))  # of norm 3
+
+
+def skew(n: int) -> str:
+    """An arm on hinges about three axes that are no axes of the boxes."""
+    axes = ["[" + ", ".join(f"{each}/3" for each in axis) + "]" for axis in _SKEW]
+    return _boxes(n, lambda k: k - 1, lambda k: _hinge(k, axes[k % 3]))
+
+
+def slides(n: int) -> str:
+    """An arm whose second, fourth, .. joint slides along an axis of the box before."""
+    return _boxes(n, lambda k: k - 1, lambda k: _slide(k) if k % 2 else _hinge(k))
+
+
+def _hinge(k: int, axis: str = "") -> str:
+    usual, angle, rate, _ = box(k)
+    return (
+        f"  joint{k} : Revolute(axis = {axis or usual}, angle0 = {angle:.2f} rad,\n"
+        f"    rate0 = {rate} rad/s, friction = {FRICTION} N*m*s, lock = Rigid[5]);"
+    )
+
+
+def _slide(k: int) -> str:
+    return (
+        f"  joint{k} : Prismatic(axis = {box(k)[0]}, extension0 = 0.1 m, rate0 = 0.1 m/s,\n"
+        f"    friction = 50 N*s/m, force = -(400 N/m)*joint{k}.extension, lock = Rigid[5]);"
+    )
+
+
+def _boxes(n: int, parent: Callable[[int], int], joint: Callable[[int], str] = _hinge) -> str:
     com = ", ".join(f"{x} m" for x in CENTRE)
     lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
     for k in range(n):
-        axis, angle, rate, mass = box(k)
+        mass = box(k)[3]
         before = f"node{parent(k)}" if parent(k) >= 0 else "ground"
         lines += [
             f"  mount{k} : Mount(offset = [{LINK if parent(k) >= 0 else 0} m, 0, 0]);",
-            f"  joint{k} : Revolute(axis = {axis}, angle0 = {angle:.2f} rad,",
-            f"    rate0 = {rate} rad/s, friction = {FRICTION} N*m*s, lock = Rigid[5]);",
+            joint(k),
             f"  node{k} : J1;",
             f"  body{k} : HeavyBody(mass = {mass:.1f} kg, com = [{com}],",
             "    inertia = symmetric(0.01, 0.001, 0, 0.03, 0, 0.03));",
@@ -193,6 +221,8 @@ MODELS: dict[str, Callable[[int], str]] = {
     "crane": crane,
     "arm": arm,
     "tree": tree,
+    "skew": skew,
+    "slides": slides,
     "chain": chain,
     "motors": motors,
     "circuit": circuit,

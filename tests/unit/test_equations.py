@@ -191,7 +191,7 @@ def test_bodies_on_joints(rigid: bool, states: int, reverse: bool) -> None:
 
 
 def test_inertias_that_do_not_add_up_to_a_regular_mass_are_refused() -> None:
-    """One mass behind two modulated transformers: its momentum does not tell both flows."""
+    """One mass behind two modulated transformers: its momentum does not determine both flows."""
     g = GraphBuilder()
     angle = g.state("angle", 0.5)
     g.derivative(angle, g.node(1))

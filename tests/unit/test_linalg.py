@@ -78,6 +78,40 @@ def test_symmetric_inverse_is_symmetric_node_for_node(array: npt.NDArray[np.floa
     )
 
 
+@pytest.mark.parametrize("zeros", [False, True])
+def test_large_symmetric_matrices_need_half_the_operations(zeros: bool) -> None:
+    size, seed = 12, np.random.default_rng(5)
+    basis = seed.normal(size=(size, size)) * np.logspace(0, -4, size)[:, None]
+    array = basis.T @ basis  # of a condition number near 1e8 and more
+    if zeros:
+        array = np.triu(np.where(seed.random((size, size)) < 0.3, array, 0), 1)
+        array = array + array.T + np.diag(np.linspace(30, 60, size))
+        array[0, :] = array[:, 0] = 1.0
+        array[0, 0] = 50.0
+    dag = Dag()
+    matrix, values = parameters(dag, (array + array.T) / 2)
+    first = len(dag)
+    found = inverse(dag, matrix)
+    made = len(dag) - first
+    assert made <= size**3 + 2 * size**2
+    assert all(found[i][j] == found[j][i] for i in range(size) for j in range(i))
+    expected = np.linalg.inv(array)
+    error = np.abs(numbers(dag, found, values) - expected).max() / np.abs(expected).max()
+    assert error < 4e-16 * np.linalg.cond(array)
+
+
+def test_a_large_symmetric_matrix_with_zeros_on_its_diagonal() -> None:
+    size = 8
+    array = np.random.default_rng(2).normal(size=(size, size))
+    array = array + array.T - 2 * np.diag(np.diag(array))
+    array[0, 1:] = array[1:, 0] = np.arange(1, size)
+    array[-3:, -3:] = 0
+    dag = Dag()
+    matrix, values = parameters(dag, array)
+    found = numbers(dag, inverse(dag, matrix), values)
+    assert np.allclose(found, np.linalg.inv(array), rtol=1e-9, atol=1e-9)
+
+
 def test_rigid_body_inertia_of_parameters() -> None:
     """The 6 x 6 mass matrix of a body with an offset centre of mass (eq. 2 of the paper)."""
     dag = Dag()

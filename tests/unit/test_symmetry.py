@@ -59,6 +59,33 @@ def test_one_entry_alone_is_refused_and_both_are_accepted(folder, body):
     model.simulate()
 
 
+def test_a_field_of_many_ports_uses_both_mirrored_entries(folder):
+    size = 9
+    basis = np.random.default_rng(4).normal(size=(size, size)) * np.logspace(0, -1, size)[:, None]
+    matrix = basis.T @ basis
+    rows = ", ".join("[" + ", ".join(map(repr, row.tolist())) + "]" for row in matrix)
+    path = folder / "field.bg"
+    path.write_text(
+        f"model M {{ param L[{size},{size}] = [{rows}];"
+        f" supply : Se[{size}](e = 1); all : J1[{size}];"
+        f" coils : I[{size}](L); loss : R[{size}](0.5); supply -> all -> coils, loss; }}"
+        " scene s of M { observe coils.f as f, energy.residual; run 1 s every 0.5 s; }",
+        encoding="utf-8",
+    )
+    model = bgc.compile(path)
+    assert "`L[9,2]`" in refused(model, parameters={"L[9,2]": matrix[8, 1] + 0.1}).message
+    for factor in (1.0, 2.0):
+        result = model.simulate(
+            parameters={"L": (factor * matrix).tolist()}, rtol=1e-10, atol=1e-12
+        )
+        rates, modes = np.linalg.eigh(factor * matrix)
+        rise = (1 - np.exp(-0.5 / rates)) / 0.5
+        expected = modes @ (rise * (modes.T @ np.ones(size)))
+        found = [result[f"f[{k + 1}]"][-1] for k in range(size)]
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+        assert np.abs(result["energy.residual"]).max() < 1e-8
+
+
 def test_an_ensemble_refuses_the_members_that_are_asymmetric(folder):
     model = compiled(folder, BEAM)
     entries = {"G[1,2]": [1.0, 1.5, 1.5], "G[2,1]": [1.0, 1.0, 1.5]}

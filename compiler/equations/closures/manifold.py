@@ -1,6 +1,6 @@
 """The configurations in which chains are closed, as numbers: the start, and others at random.
 
-The rank of the rows that close a chain is no property of the expressions: rows of a planar
+The rank of the rows that close a chain does not follow from the expressions: rows of a planar
 mechanism in space, for example, depend on each other only where the chain is closed. It is
 therefore found at the start and at random closed configurations, with the parameters' defaults.
 """

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from bgc.equations.storage.symmetry import even_matrix
 from bgc.equations.variables.laws import StorageLaw, storage_law
 from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import BasisKind, CausalGraph, ElementPort, Role
@@ -75,7 +76,8 @@ def storage_elements(causal: CausalGraph, variables: Variables) -> list[StorageE
             members = variables.index.ports_of_element[index]
             ports = [causal.ports[k] for k in members]
             inertial = [p.role is Role.INERTIA for p in ports]
-            law = storage_law(dag, element, [_has_momentum(p) for p in ports], inertial)
+            momenta = [_has_momentum(p) for p in ports]
+            law = storage_law(dag, element, momenta, inertial, even_matrix(variables, element))
             for symbol in (*law.states, *law.charges):
                 if symbol is not None:
                     variables.places.note(symbol, index)

@@ -7,9 +7,11 @@ matrices. The compiler compares the entries at the parameters' defaults, a run t
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import combinations
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.linalg import LARGE
 from bgc.diagnostics.catalogue import listed
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import FlatGraph, LinearLaw, Matrix, Node, Storage
@@ -25,10 +27,40 @@ def symmetry_checks(variables: Variables) -> Iterator[PositiveParameter]:
     """
     graph = variables.causal.graph
     for element in graph.elements:
-        if not isinstance(element, Storage) or not isinstance(element.law, LinearLaw):
-            continue
-        if all(graph.bonds[port.bond].power for port in element.ports):
-            yield from _checks_of(variables, element, element.law.matrix)
+        if isinstance(element, Storage):
+            matrix = _checked_matrix(graph, element)
+            if matrix is not None:
+                yield from _checks_of(variables, element, matrix)
+
+
+def even_matrix(variables: Variables, element: Storage) -> Matrix | None:
+    """The mean of a large matrix and its transpose, which has half as many different entries.
+
+    None where it is the matrix itself, is not `LARGE`, or where no check of a run keeps the matrix
+    symmetric.
+    """
+    matrix, dag = _checked_matrix(variables.causal.graph, element), variables.dag
+    if matrix is None or len(matrix) < LARGE:
+        return None
+    size = range(len(matrix))
+    if all(matrix[i][j] == matrix[j][i] for i in size for j in range(i)):
+        return None
+    if any(dag.level[node] > Level.PARAM for row in matrix for node in row):
+        return None
+    if find_asymmetry([[variables.default(x) for x in row] for row in matrix]):
+        return None
+    half = dag.const(Fraction(1, 2))
+
+    def mean(a: Node, b: Node) -> Node:
+        return a if a == b else dag.mul(half, dag.add(a, b))
+
+    return tuple(tuple(mean(matrix[i][j], matrix[j][i]) for j in size) for i in size)
+
+
+def _checked_matrix(graph: FlatGraph, element: Storage) -> Matrix | None:
+    """The matrix of a linear law whose symmetry a run checks."""
+    power = all(graph.bonds[port.bond].power for port in element.ports)
+    return element.law.matrix if power and isinstance(element.law, LinearLaw) else None
 
 
 def _checks_of(

@@ -54,10 +54,15 @@ class StorageLaw:
 
 
 def storage_law(
-    dag: Dag, storage: Storage, has_momentum: Sequence[bool], inertial: Sequence[bool]
+    dag: Dag,
+    storage: Storage,
+    has_momentum: Sequence[bool],
+    inertial: Sequence[bool],
+    even: Matrix | None = None,
 ) -> StorageLaw:
-    """The law of a C, I or IC. `has_momentum` tells the ports that answer with a flow,
-    `inertial` those that are inertias in the terms of their region.
+    """The law of a C, I or IC. `has_momentum` lists the ports that answer with a flow,
+    `inertial` those that are inertias in the terms of their region. `even`, if given, is inverted
+    in place of the matrix of a linear law, from which it differs by rounding only.
 
     Raises
     ------
@@ -76,7 +81,7 @@ def storage_law(
     match storage.law:
         case LinearLaw(form=form, matrix=matrix):
             if form in {Form.DISPLACEMENT, Form.MOMENTUM}:
-                response = _inverted(dag, storage, matrix)
+                response = _inverted(dag, storage, even or matrix)
                 answers = apply(dag, response, states)
                 return StorageLaw(states, answers, nothing, plain, response, matrix)
             answers = apply(dag, matrix, states)

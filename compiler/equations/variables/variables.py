@@ -184,7 +184,7 @@ class Variables:
         self.equations.append((residual, unknown))
 
     def new_state(self, kind: Kind) -> Node:
-        """A symbol for a state that is no element's own."""
+        """A symbol for a state that belongs to no element."""
         self._storage_ports += 1
         return self.dag.symbol(kind, self._storage_ports - 1)
 
