@@ -11,7 +11,16 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
 from bgc.building.build import Unit, build_shared_object, driver_names, lane_runtime_units
-from bgc.building.built import Built, Place, RunFacts, run_facts, shapes_text, shown_names
+from bgc.building.built import (
+    Built,
+    Place,
+    Rest,
+    RunFacts,
+    Sampled,
+    run_facts,
+    shapes_text,
+    shown_names,
+)
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
@@ -222,7 +231,7 @@ def _stages(
         passive_coefficients(graph),
         emitted.operations,
         shown_names(equations),
-        tuple(k for k, state in enumerate(optimised.states) if state.kind == "momentum"),
+        _resting(optimised, graph),
         shapes_text(graph.shapes) if options.shapes else "",
         port_facts(optimised, graph.ports),
         force_facts(optimised, graph.ports, graph.slots),
@@ -236,6 +245,18 @@ def _stages(
         data = [(file.path, file.digest) for file in graph.data]
         remember(cache, path, options, package.sources, built, data)
     yield "C compiler", {"built": built}
+
+
+def _resting(program: Program, graph: FlatGraph) -> Rest:
+    """Describe the states of a program for a start at rest."""
+    momenta = (k for k, state in enumerate(program.states) if state.kind == "momentum")
+    ports = tuple(f"{port.name}." for port in graph.ports)
+    sampled = (
+        Sampled(k, held.name, held.unit)
+        for k, held in enumerate(program.held)
+        if not held.name.startswith(ports)
+    )
+    return Rest(momenta=tuple(momenta), sampled=tuple(sampled))
 
 
 def build_model(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,15 +32,26 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True)
+class Sampled:
+    """A value that a sampled part holds: its number among all such values."""
+
+    number: int
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
 class Rest:
     """A start at rest: the outputs whose values are held, and the parameters that are varied.
 
-    `momenta` are the indices of the states that are momenta.
+    `momenta` are the indices of the states that are momenta, `sampled` the values of sampled parts,
+    without those of sampled ports.
     """
 
     hold: tuple[str, ...] = ()
     vary: tuple[str, ...] = ()
     momenta: tuple[int, ...] = ()
+    sampled: tuple[Sampled, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +68,7 @@ class RunFacts:
     `shown_outputs`, `shown_states` and `shown_parameters` list those that tables and plots show in
     a unit other than their SI unit: a name, the unit and its factor.
     `rest` is the scene's start at rest; None where it starts from the initial values that are
-    given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
+    given, and `resting` one without held values and varied parameters. `shapes` is the JSON text of
     the recorded shapes, empty where none are recorded. `overrun` is the policy of a loop in real
     time that is late, None where the scene gives none. `criteria` are limits of columns, as
     `bgc operability` reads them. `ports` are the sampled ports, `forces` what makes the force on
@@ -85,7 +96,7 @@ class RunFacts:
     shown_states: tuple[ShownRow, ...] = ()
     shown_parameters: tuple[ShownRow, ...] = ()
     rest: Rest | None = None
-    momenta: tuple[int, ...] = ()
+    resting: Rest = Rest()
     shapes: str = ""
     overrun: str | None = None
     criteria: tuple[str, ...] = ()
@@ -185,7 +196,7 @@ def run_facts(
     passive: tuple[tuple[str, str, str], ...] = (),
     operations: tuple[tuple[str, int], ...] = (),
     shown: ShownNames = ShownNames(),
-    momenta: tuple[int, ...] = (),
+    resting: Rest = Rest(),
     shapes: str = "",
     ports: tuple[PortFacts, ...] = (),
     forces: tuple[ForceFacts, ...] = (),
@@ -214,8 +225,8 @@ def run_facts(
         shown_outputs=shown.outputs,
         shown_states=shown.states,
         shown_parameters=shown.parameters,
-        rest=None if scene.rest is None else Rest(scene.rest.hold, scene.rest.vary, momenta),
-        momenta=momenta,
+        rest=None if (r := scene.rest) is None else replace(resting, hold=r.hold, vary=r.vary),
+        resting=resting,
         shapes=shapes,
         overrun=scene.overrun,
         criteria=scene.criteria,

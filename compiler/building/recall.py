@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.building.built import Built, Panel, Place, Places, Rest, RunFacts
+from bgc.building.built import Built, Panel, Place, Places, Rest, RunFacts, Sampled
 from bgc.building.cache import Cache, digest_of, read_note, write_note
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
@@ -143,8 +143,11 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
     facts["panels"] = tuple(panels)
     facts["accounts"] = tuple(AccountColumn(**found) for found in note["facts"]["accounts"])
-    if (rest := note["facts"]["rest"]) is not None:
-        facts["rest"] = Rest(*(tuple(rest[name]) for name in ("hold", "vary", "momenta")))
+    for name in ("rest", "resting"):
+        if (rest := note["facts"][name]) is not None:
+            lists = {key: _tuples(value) for key, value in rest.items()}
+            lists["sampled"] = tuple(Sampled(**value) for value in rest["sampled"])
+            facts[name] = Rest(**lists)
     for name, kind in (("ports", PortFacts), ("forces", ForceFacts)):
         rows = ({key: _tuples(value) for key, value in row.items()} for row in note["facts"][name])
         facts[name] = tuple(kind(**row) for row in rows)

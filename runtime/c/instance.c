@@ -260,6 +260,14 @@ bgc_status bgc_restart(const bgc_model *m, bgc_data *d) {
     return start_from_present(m, d);
 }
 
+bgc_status bgc_restart_at(const bgc_model *m, bgc_data *d, const double *start) {
+    memcpy(d->x, start, (size_t)m->n_state * sizeof *start);
+    for (int k = 0; k < m->n_held; k++) {
+        d->u[m->held_input[k]] = start[m->n_state + k];
+    }
+    return bgc_restart(m, d);
+}
+
 /* --- queries ------------------------------------------------------------------------------- */
 
 int bgc_failed_parameter(const bgc_data *d) { return d->core.failed_parameter; }
@@ -274,6 +282,8 @@ int bgc_count_rates(const bgc_model *m) { return m->n_rate; }
 int bgc_has_lane_factors(const bgc_model *m) {
     return m->factor != NULL || (m->blocks != NULL && m->blocks->in_lanes);
 }
+int bgc_count_held(const bgc_model *m) { return m->n_held; }
+int bgc_held_input(const bgc_model *m, int k) { return m->held_input[k]; }
 int bgc_failed_held(const bgc_data *d) { return d->core.failed_held; }
 int bgc_failed_jump(const bgc_data *d) { return d->core.failed_jump; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
@@ -366,6 +376,16 @@ bgc_status bgc_mass(const bgc_model *m, bgc_data *d, double *mass) {
 bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y) {
     m->outputs(d->h, d->core.t, d->x, d->u, y, d->work);
     return bgc_first_bad(m->n_output, y) < 0 ? BGC_OK : BGC_NOT_FINITE;
+}
+
+bgc_status bgc_next_held(const bgc_model *m, bgc_data *d, double *value, double *period) {
+    if (m->n_held > 0) {
+        m->held(d->h, d->core.t, d->x, d->u, value, d->work);
+    }
+    for (int k = 0; k < m->n_held; k++) {
+        period[k] = d->sampling[2 * m->held_rate[k]];
+    }
+    return bgc_first_bad(m->n_held, value) < 0 ? BGC_OK : BGC_NOT_FINITE;
 }
 
 bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]) {

@@ -83,8 +83,12 @@ typedef struct {
     int limited;     /* consecutive steps of the partner that do not resolve all modes */
     int attempts;    /* since the last change */
     int wait;        /* attempts before the next trial */
+    int look;        /* the same before the next estimate of the spectral radius, */
+    int pause;       /* and between it and the one before */
     double since;    /* time of the last change */
     double cost;     /* implicit steps for a second, by the other method before it */
+    double product;  /* of a fixed explicit step: its length times the dominant eigenvalue, */
+    double usual;    /* and that at the last estimate of the spectral radius; below 0: none yet */
 } bgc_choice;
 
 /* The part of an instance without pointers, which is saved and restored as it is. */
@@ -160,7 +164,11 @@ typedef struct {
     int complex_watched;
     long complex_factorisations;
 
-    double spectral_bound; /* see stiffness.c */
+    double spectral_bound;  /* see stiffness.c */
+    double spectral_radius; /* the last estimate of spectrum.c; INFINITY: none */
+    double newest;          /* that of the estimate under way, */
+    int products, agreed;   /* its products, and how many in a row changed it little */
+    int estimates;          /* complete ones */
     bgc_choice choice;
 
     /* Step control. */
@@ -219,6 +227,7 @@ struct bgc_data {
     double *algebraic;      /* 1 where row i of M is empty, else 0 */
     double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
     double *dominant;       /* of the last power iteration: stiffness.c */
+    double *direction, *image; /* of the power iteration of spectrum.c, and its image */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
     bgc_complex *complex_lu;

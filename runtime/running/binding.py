@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
@@ -52,6 +53,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_state_at": (c_int, (c_double, _Doubles)),
     "bgc_save": (c_int, (c_void_p,)),
     "bgc_restore": (c_int, (c_void_p,)),
+    "bgc_next_held": (c_int, (_Doubles, _Doubles)),
     "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
@@ -75,6 +77,8 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_has_lane_factors": (c_int, (_Model,)),
     "bgc_explicit_cost": (c_double, (_Model,)),
     "bgc_count_rates": (c_int, (_Model,)),
+    "bgc_count_held": (c_int, (_Model,)),
+    "bgc_held_input": (c_int, (_Model, c_int)),
     "bgc_failed_held": (c_int, (c_void_p,)),
     "bgc_failed_device": (c_int, (c_void_p,)),
     "bgc_device_reason": (c_char_p, (c_void_p,)),
@@ -131,6 +135,13 @@ class Library:
     def explicit_cost(self) -> float:
         """Operations of an explicit step over those of an implicit one; 0: not worth while."""
         return float(self.functions.bgc_explicit_cost(self.pointer))
+
+    @cached_property
+    def held_inputs(self) -> NDArray[np.intp]:
+        """The input of each value that sampled parts hold."""
+        count = self.functions.bgc_count_held(self.pointer)
+        places = [self.functions.bgc_held_input(self.pointer, k) for k in range(count)]
+        return np.array(places, dtype=np.intp)
 
     @property
     def is_sampled(self) -> bool:
@@ -401,6 +412,17 @@ class Instance:
         slopes = np.full((count, self.library.model.n_state), np.nan)
         where = (_doubles(values), _doubles(slopes))
         return Status(self._call("bgc_evaluate_chain_rows", *where)), values, slopes
+
+    def start_values(self) -> Array:
+        """The state, then all values that sampled parts hold: a start of C programs."""
+        return np.concatenate([self.state, self.input[self.library.held_inputs]])
+
+    def next_held(self) -> tuple[Status, Array, Array]:
+        """The values that sampled parts would hold after an instant now, and their periods in s."""
+        size = len(self.library.held_inputs)
+        values, periods = np.full(size, np.nan), np.full(size, np.nan)
+        where = (_doubles(values), _doubles(periods))
+        return Status(self._call("bgc_next_held", *where)), values, periods
 
     def set_options(self, options: OptionsStruct) -> Status:
         """Choose the method and its options."""

@@ -11,16 +11,19 @@ by a path from y0 whose direction at each point is orthogonal to all k there.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.structures import Status
 
 _LEAST = 1e-12  # of scaled rows and singular values: what is below counts as zero
 _ACCURACY = 1e-12  # of a step along a path, in scales
 _LONGEST_PATH = 2000  # steps
 _SHORTEST = 1e-6  # step, in terms of the path
+_NEARBY = 1e-3  # distance of a second point, in scales
 
 # Stages, and the difference of orders: J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6, 1980.
 _STAGES = (
@@ -34,7 +37,15 @@ _STAGES = (
 _ERRORS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 
 Slope = Callable[[Array], Array]
-"""df/dy at a point y, in scales of the states."""
+"""df/dy at a point y, in scales of the states; raises `Undefined` where there is none."""
+
+
+class Undefined(Exception):
+    """An evaluation failed with a status."""
+
+    def __init__(self, status: Status) -> None:
+        super().__init__()
+        self.status = status
 
 
 class Relations:
@@ -42,7 +53,8 @@ class Relations:
 
     `slope` evaluates df/dy, `momenta` are the indices of the momenta, and `mass` is the matrix M of
     M y' = f. A position takes part if its rate is given by the momenta alone, at all points that
-    have been evaluated: neither by an orifice nor by a controller.
+    have been evaluated: neither by an orifice nor by a controller. The momenta have to move it at
+    the first point or near to it: the scalar part of a quaternion has no rate at the identity.
     """
 
     def __init__(self, slope: Slope, momenta: list[int], mass: Array) -> None:
@@ -51,30 +63,56 @@ class Relations:
         self.others = np.setdiff1d(np.arange(size), self.momenta)
         plain = (mass == np.eye(size)).all(axis=1)
         self.rows: NDArray[np.intp] = self.others[plain[self.others]]
+        self.begun = False
 
-    def gradients(self, y: Array) -> Array:
-        """Gradients of all relations at y: orthonormal rows."""
-        if not (self.rows.size and self.momenta.size):
-            return np.zeros((0, len(y)))
+    def _moved(self, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Derivatives of the rates of the rows by the momenta, and which depend on nothing else."""
         still = y.copy()
         still[self.momenta] = 0.0
         slope = self.slope(still)[self.rows]
         moved = slope[:, self.momenta]
-        size = np.abs(moved).max(axis=1)
-        stay = np.abs(slope[:, self.others]).max(axis=1, initial=0.0) <= _LEAST * size
-        takes_part = stay & (size > 0)
-        if not takes_part.all():
-            self.rows = self.rows[takes_part]
-            moved, size = moved[takes_part], size[takes_part]
+        size = np.abs(moved).max(axis=1, initial=0.0)
+        return moved, np.abs(slope[:, self.others]).max(axis=1, initial=0.0) <= _LEAST * size
+
+    def _begin(self, y: Array) -> None:
+        """Leave out what the momenta move neither at y nor at a point near to it."""
+        self.begun = True
+        moves = self._moved(y)[0].any(axis=1)
+        nearby = y + _NEARBY * np.random.default_rng(1).uniform(0.5, 1, len(y))
+        with suppress(Undefined):
+            moves |= self._moved(nearby)[0].any(axis=1)
+        self.rows = self.rows[moves]
+
+    def _present(self, y: Array) -> Array:
+        """Derivatives of the rates of the rows that take part by the momenta, at y."""
+        if not self.begun:
+            self._begin(y)
+        moved, takes_part = self._moved(y)
+        self.rows = self.rows[takes_part]
+        return moved[takes_part]
+
+    def stopping(self, y: Array, rates: Array) -> Array:
+        """The least change of the momenta that stops positions with these rates at y."""
+        moved = self._present(y)
+        found = np.zeros(len(y))
+        if self.rows.size:
+            found[self.momenta] = np.linalg.lstsq(moved, -rates[self.rows], rcond=_LEAST)[0]
+        return found
+
+    def gradients(self, y: Array) -> Array:
+        """Gradients of all relations at y: orthonormal rows."""
+        moved = self._present(y)
         if not self.rows.size:
             return np.zeros((0, len(y)))
+        size = np.abs(moved).max(axis=1)
+        size[size < np.finfo(float).tiny] = 1.0  # a position that stays here keeps its value
         rows = moved / size[:, None]
         columns = np.abs(rows).max(axis=0)
         left, values, _ = np.linalg.svd(rows[:, columns > 0] / columns[columns > 0])
         rank = int((values > _LEAST * values.max(initial=0.0)).sum())
         found = np.zeros((len(self.rows) - rank, len(y)))
         if len(found):
-            found[:, self.rows] = np.linalg.qr(left[:, rank:] / size[:, None])[0].T
+            found[:, self.rows] = orthonormal(left[:, rank:] / size[:, None]).T
         return found
 
     def reached(self, begin: Array, target: Array) -> Array:
@@ -112,3 +150,23 @@ class Relations:
             part *= min(5.0, max(0.2, 0.9 * max(size, 1e-10) ** -0.2))
             part = min(max(part, _SHORTEST), 1 - gone)
         return y
+
+
+def orthonormal(columns: Array) -> Array:
+    """Return an orthonormal basis of the space of columns whose rows may differ much in size.
+
+    Where two rows have entries of 1e13 and the others of 1, a QR factorisation alone finds a third
+    column with an error of 1e-3. Gaussian elimination of the columns, with their largest entries as
+    pivots, separates them before: where one has an entry of 1, those after it have 0.
+    """
+    found = columns.copy()
+    for k in range(found.shape[1]):
+        row, ahead = divmod(int(np.abs(found[:, k:]).argmax()), found.shape[1] - k)
+        found[:, [k, k + ahead]] = found[:, [k + ahead, k]]
+        if found[row, k] == 0:
+            break  # all others depend on those before
+        found[:, k] /= found[row, k]
+        found[:, k + 1 :] -= np.outer(found[:, k], found[row, k + 1 :])
+        found[row, k + 1 :] = 0.0
+    basis: Array = np.linalg.qr(found)[0]
+    return basis

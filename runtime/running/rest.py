@@ -7,7 +7,8 @@ states in their scales, the equations are
     g(x) = 0        the conditions and flows that keep chains of rigid connections closed
     h(x) = h(x0)    the values to be held
 
-Steps of Gauss and Newton of least length solve them (A. Ben-Israel, J. Math. Anal. Appl. 15, 1966).
+First the momenta become those of standstill: speeds of the start do not steer the search. Steps of
+Gauss and Newton of least length solve the equations (A. Ben-Israel, J. Math. Anal. Appl. 15, 1966).
 Then steps within the space of directions that no equation restores, each followed by steps of the
 first kind, determine the rest. Relations between positions that no motion of the system changes
 hold as at the declared start y0: the pose of a ship follows the spring that carries it, and a rope
@@ -34,7 +35,8 @@ from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
-from bgc.runtime.running.relations import Relations
+from bgc.runtime.running.relations import Relations, Undefined, orthonormal
+from bgc.runtime.running.resting import Resting
 from bgc.runtime.running.structures import Status
 
 _ITERATIONS = 200
@@ -54,14 +56,6 @@ _LEAST_RANK = 1e-12  # of the singular values of scaled rows, in terms of the la
 _PART = 1e-6  # of a state's scale or a parameter, for a difference quotient
 
 
-class _Undefined(Exception):
-    """An evaluation failed with a status."""
-
-    def __init__(self, status: Status) -> None:
-        super().__init__()
-        self.status = status
-
-
 def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
     """Put an instance that has been reset at the nearest state of rest.
 
@@ -76,7 +70,7 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
         search = _Search(instance, rest)
         search.run()
         return search.finish()
-    except _Undefined as undefined:
+    except Undefined as undefined:
         return undefined.status, None
 
 
@@ -86,16 +80,15 @@ class _Search:
     def __init__(self, instance: Instance, rest: Rest) -> None:
         self.instance, self.time = instance, instance.time
         model = instance.library.model
-        self.size = model.n_state
-        self.names = [text(model.state[k].name) for k in range(self.size)]
-        self.units = [text(model.state[k].unit) for k in range(self.size)]
+        self.resting = Resting(instance, rest.sampled)
+        self.size = self.resting.size
         outputs = [text(model.output[k].name) for k in range(model.n_output)]
         self.held = [outputs.index(name) for name in rest.hold]
         parameters = [text(model.param[k].name) for k in range(model.n_param)]
         self.momenta = list(rest.momenta)
         self.varied = [parameters.index(name) for name in rest.vary]
-        self.scale = instance.scale.copy()
-        self.start = instance.state / self.scale
+        self.scale = self.resting.scale
+        self.start: Array = self.resting.state / self.scale
         self.given = np.array([instance.parameter(k) for k in self.varied])
         self.of_parameters = np.where(self.given != 0, np.abs(self.given), 1.0)
         self.z = np.concatenate([self.start, self.given / self.of_parameters])
@@ -104,7 +97,7 @@ class _Search:
         self.rows = np.ones(0)
         self.steps_left = _STEPS
         self.relaxations = 0  # in vain
-        status, mass = instance.mass()
+        status, mass = self.resting.mass()
         _check(status)
         self.mass = mass * self.scale / self.scale[:, None]
         self.relations = Relations(self._by_state, self.momenta, self.mass)
@@ -122,11 +115,11 @@ class _Search:
                 info = instance.library.model.param
                 for index, value in zip(self.varied, values.tolist(), strict=True):
                     if not info[index].low <= value <= info[index].high:
-                        raise _Undefined(Status.BAD_ARGUMENT)
+                        raise Undefined(Status.BAD_ARGUMENT)
                     instance.set_parameter(index, value)
                 _check(instance.reset(self.time))
-                self.declared = instance.state / self.scale
-        instance.state[:] = z[: self.size] * self.scale
+                self.declared = self.resting.state / self.scale
+        self.resting.put(z[: self.size] * self.scale)
 
     def _outputs(self, z: Array) -> Array:
         self._go(z)
@@ -137,20 +130,20 @@ class _Search:
     def residuals(self, z: Array) -> Array:
         """All equations at z, not scaled by rows; rates are in scales of their states."""
         self._go(z)
-        status, rates = self.instance.rhs()
+        status, rates = self.resting.rates()
         _check(status)
-        status, values, _ = self.instance.chain_rows()
+        status, values, _ = self.resting.chain_rows()
         _check(status)
         held = self._outputs(z)[self.held] - self.wanted if self.held else np.empty(0)
         found: Array = np.concatenate([rates / self.scale, values, held])
         if not np.isfinite(found).all():
-            raise _Undefined(Status.NOT_FINITE)
+            raise Undefined(Status.NOT_FINITE)
         return found
 
     def _by_state(self, y: Array) -> Array:
         """Derivatives of the rates by the states, at the present parameters."""
-        self.instance.state[:] = y * self.scale
-        status, by_state, _ = self.instance.jacobian()
+        self.resting.put(y * self.scale)
+        status, by_state = self.resting.slope()
         _check(status)
         found: Array = by_state * self.scale / self.scale[:, None]
         return found
@@ -159,7 +152,7 @@ class _Search:
         """Derivatives of the residuals by z, and of y0 by the parameters."""
         self._go(z)
         rates = self._by_state(z[: self.size])
-        status, _, by_place = self.instance.chain_rows()
+        status, _, by_place = self.resting.chain_rows()
         _check(status)
         states = np.vstack([rates, by_place * self.scale, self._held_slopes(z)])
         starts = np.zeros((self.size, len(self.varied)))
@@ -199,7 +192,7 @@ class _Search:
         """The distance of y from the point near it that a motion reaches from y0."""
         self._go(self.z)
         y = self.z[: self.size]
-        with suppress(_Undefined):
+        with suppress(Undefined):
             while True:
                 begin = self.reached if self._conditions() == self.reached_at else self.declared
                 before = self.reached_at = self._conditions()
@@ -213,6 +206,8 @@ class _Search:
 
     def run(self) -> None:
         """Go to a state of rest, and from there along such states to the one that is wanted."""
+        with suppress(Undefined):
+            self._stop()
         self._restore()
         before, idle = np.inf, 0
         while self.steps_left > 0 and idle < _IDLE:
@@ -226,6 +221,13 @@ class _Search:
             idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.5 * before else 0
             before = size
         self._relate()
+
+    def _stop(self) -> None:
+        """Change the momenta by the least with which no position moves."""
+        z, n = self.z.copy(), self.size
+        z[:n] += self.relations.stopping(z[:n], self.residuals(z)[:n])
+        self.residuals(z)
+        self.z = z
 
     def _relate(self) -> None:
         """Restore the relations between positions, and nothing else along free directions."""
@@ -244,7 +246,7 @@ class _Search:
         def rates(y: Array) -> Array:
             try:
                 return self.residuals(y)[: self.size]
-            except _Undefined:
+            except Undefined:
                 return np.full(self.size, np.nan)
 
         def slope(y: Array) -> Array:
@@ -253,12 +255,12 @@ class _Search:
         def projected(y: Array) -> Array:
             self._go(y)
             self.instance.restart()
-            moved: Array = self.instance.state / self.scale
+            moved: Array = self.resting.state / self.scale
             return moved
 
         everywhere = np.eye(self.size), np.arange(self.size)
         for worse in _WORSE:
-            with suppress(_Undefined):
+            with suppress(Undefined):
                 self.z, _ = find_equilibrium(
                     rates, slope, self.mass, begin, projected, lambda _: everywhere, worse
                 )
@@ -279,7 +281,7 @@ class _Search:
             self.z = begin + fraction * along
             if self.steps_left <= 0:
                 break
-            with suppress(_Undefined):
+            with suppress(Undefined):
                 if self._restore() <= _AT_REST and self._distance() <= 1.001 * distance + _STILL:
                     return True
             fraction /= 4
@@ -399,7 +401,7 @@ class _Search:
         left, values, _ = np.linalg.svd(slope / rows[:, None])
         kept = (left[:, _rank(values, 0.0) :] / rows[:, None]).T @ self.mass
         if kept.size:
-            kept = np.linalg.qr(kept.T)[0].T
+            kept = orthonormal(kept.T).T
             _, others = _least(kept[:, self.momenta].T, np.zeros(len(self.momenta)))
             kept = others.T @ kept
         return kept
@@ -410,7 +412,7 @@ class _Search:
         fraction = 1.0
         for _ in range(_HALVINGS):
             z = self.z + fraction * step
-            with suppress(_Undefined):
+            with suppress(Undefined):
                 after = self.residuals(z)
                 if np.linalg.norm(after / self.rows) <= (1 - 0.1 * fraction) * before:
                     return z, after
@@ -441,16 +443,24 @@ class _Search:
         rates = sizes[: self.size]
         order = np.argsort(-rates, kind="stable")
         left = [int(k) for k in order if rates[k] > max(_AT_REST, 1e-3 * rates.max(initial=0.0))]
-        named = [(self.names[k], float(remaining[k] * self.scale[k]), self.units[k]) for k in left]
+        named = [
+            (self.resting.names[k], float(remaining[k] * self.scale[k]), self.resting.units[k])
+            for k in left
+        ]
         raise BgError([no_rest(named)])
 
     def _moves(self) -> tuple[Move, ...]:
-        after = self.instance.state / self.scale
+        after = self.resting.state / self.scale
         change = np.abs(after - self.start)
         order = np.argsort(-change, kind="stable")
         pairs = [(int(k), self.scale[k]) for k in order if change[k] > 1e-12]
         return tuple(
-            Move(self.names[k], self.units[k], float(self.start[k] * s), float(after[k] * s))
+            Move(
+                self.resting.names[k],
+                self.resting.units[k],
+                float(self.start[k] * s),
+                float(after[k] * s),
+            )
             for k, s in pairs
         )
 
@@ -487,4 +497,4 @@ def _least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Arra
 
 def _check(status: Status) -> None:
     if status is not Status.OK:
-        raise _Undefined(status)
+        raise Undefined(status)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from bgc.resolution.resolve import load_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.summary import summarise
+from bgc.runtime.running.relations import orthonormal
+from bgc.runtime.running.structures import Status
 
 Load = Callable[[str, str | None], Model]
 
@@ -101,6 +104,66 @@ def test_a_relation_that_is_not_linear_holds_after_a_long_way(load, scene, given
     result = load("rest", scene).simulate(parameters=given)
     np.testing.assert_allclose(result["x"], x, rtol=1e-9)
     np.testing.assert_allclose(result["stretch"], np.sqrt(x**2 + 1), rtol=1e-10)
+
+
+def test_what_has_no_rate_at_the_start_takes_part_in_relations(load: Load) -> None:
+    result = load("rest", "turned").simulate()
+    angle = 1.5
+    np.testing.assert_allclose(result["angle"], angle, rtol=1e-12)
+    half = [np.cos(angle / 2), np.sin(angle / 2)]
+    np.testing.assert_allclose(result["h"], np.tile(half, (len(result.time), 1)), rtol=1e-11)
+
+
+def test_a_relation_holds_beside_others_that_hardly_move(load: Load) -> None:
+    """The rates of two states are 1e-14 of the others: they must not spoil the third relation."""
+    result = load("rest", "sliding_wheels").simulate()
+    np.testing.assert_allclose(result["x"][0], 3, rtol=1e-9)
+    np.testing.assert_allclose(result["stretch"][0], np.sqrt(10), rtol=1e-10)
+    np.testing.assert_allclose(result["first"][0], [1, 0], atol=1e-12)
+    np.testing.assert_allclose(result["second"][0], [1, 0], atol=1e-12)
+
+
+def test_a_basis_of_columns_whose_rows_differ_in_size() -> None:
+    """The third column differs from the others only beside their large entries."""
+    small = np.array([1, 1 / 3, 0.7])
+    large = 1e13 * np.array([[3, 1, 2 / 3], [1, -2, 0.1]])
+    basis = orthonormal(np.vstack([np.outer(small, [1, 0.2, 3]), large]))
+    np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-14)
+    found = basis[:3] @ basis[:3].T  # the projection onto `small`
+    np.testing.assert_allclose(found, np.outer(small, small) / (small @ small), atol=1e-14)
+    depends = orthonormal(np.array([[1.0, 2.0], [1.0, 2.0]]))
+    np.testing.assert_allclose(np.abs(depends[:, 0]), np.sqrt(0.5))
+
+
+def test_speeds_of_the_start_do_not_steer_the_search(load: Load) -> None:
+    """The pendulum hangs where it stopped, not a turn further: nothing restores the shaft."""
+    result = load("rest", "whirling").simulate()
+    for name, value in (("angle", 0.0), ("turn", 0.3), ("spin", 0.0)):
+        np.testing.assert_allclose(result[name], value, atol=1e-12)
+
+
+def test_sampled_parts_rest_with_the_states(load: Load) -> None:
+    result = load("rest", "controlled").simulate()
+    for name, value in (("place", 0.01), ("speed", 0.0), ("force", 30.0), ("sum", 30.0)):
+        np.testing.assert_allclose(result[name], value, rtol=1e-11, atol=1e-14)
+    assert result.at_rest is not None
+    assert {"spring.q", "sum", "force"} == {move.name for move in result.at_rest.moves}
+    # 20 N = 1 kN/m * -x + 500 N/m * (wanted - x) with x = wanted: the sum is at rest.
+    held = load("rest", "controlled_sum").simulate()
+    np.testing.assert_allclose(held["place"], -0.02, rtol=1e-9)
+    np.testing.assert_allclose(held["wanted"], -0.02, rtol=1e-9)
+
+
+def test_programs_in_c_start_with_sampled_values(load: Load) -> None:
+    """FMUs and pages in a browser call `bgc_restart_at` with the values that were found."""
+    instance = load("rest", "controlled").instance_at(None, 0.0)
+    found = instance.start_values()
+    assert instance.reset(0.0) is Status.OK and not instance.start_values().any()
+    functions, model = instance.library.functions, instance.library.pointer
+    doubles = found.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+    assert functions.bgc_restart_at(model, ctypes.c_void_p(instance._data), doubles) == 0
+    np.testing.assert_array_equal(instance.start_values(), found)
+    np.testing.assert_allclose(instance.rhs()[1], 0, atol=1e-12)
 
 
 def test_sources_have_their_first_values(load: Load) -> None:

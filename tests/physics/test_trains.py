@@ -127,3 +127,17 @@ def test_a_body_cools_by_all_ways(load):
     np.testing.assert_allclose(result["radiated"], radiated, atol=1e-6)
     whole = radiated + (0.5 + 0.01 * result.time) * (casing - 290)
     np.testing.assert_allclose(result["room.heat_flow"], whole, atol=1e-5)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.5, 60.0])
+@pytest.mark.parametrize("inertia", [(0.5, 2, 3), (1e-3, 1, 1e3), (1, 1e-3, 1e-3)])
+def test_a_planetary_gear_between_rotors(load, ratio, inertia):
+    """Accelerations of three inertias under one constraint, and the torque of the sun."""
+    way = np.array([1, -(1 + ratio), ratio])
+    matrix = np.block([[np.diag(inertia), way[:, None]], [way[None, :], np.zeros((1, 1))]])
+    *rates, torque = np.linalg.solve(matrix, [3, 0, 0, 0])
+    given = {"ratio": ratio, "inertia": list(inertia)}
+    result = load("trains", "planetary").simulate(parameters=given)
+    np.testing.assert_allclose(result["rates"][-1], rates, rtol=1e-7, atol=1e-9)
+    assert result["torque"][-1] == pytest.approx(torque, rel=1e-7)
+    assert np.abs(result["energy.residual"]).max() < 1e-8 * result.counts["exchanged"]

@@ -1,4 +1,4 @@
-"""Fingerprints tell zero, constant and equal, and never claim what is not so."""
+"""Fingerprints distinguish zero, constant and equal, and never claim what is not so."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_rotation_has_determinant_one(dag: Dag) -> None:
 
 
 def test_a_constant_behind_a_rotation_is_found(dag: Dag) -> None:
-    """Also one that is no fraction, a parameter, and their opposites; nothing that varies."""
+    """Also one that is not a fraction, a parameter, and their opposites; nothing that varies."""
     angle, load = dag.symbol(Kind.STATE, 1), dag.symbol(Kind.PARAM, 0)
     s, c = dag.call(Op.SIN, angle), dag.call(Op.COS, angle)
     root = dag.call(Op.SQRT, dag.const(3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Symbol
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.components import component_names
@@ -16,8 +16,6 @@ from bgc.grammar import syntax
 from bgc.ir.graph import Node, Observation
 from bgc.ir.scene import Rest
 from bgc.values.units import shown_of, si_text
-
-_WITHOUT_STATE = (Kind.PARAM, Kind.TIME, Kind.INPUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +56,7 @@ def _held(world: World, scene: Scene, path: syntax.Expr, observed: Observed) -> 
     """The components of a value to hold, as observations."""
     value = world.evaluate(path, scene.env)
     symbols = map(world.dag.symbol_of, world.dag.reachable(value.nodes))
-    if all(s is None or s.kind in _WITHOUT_STATE for s in symbols):
+    if not any(s is not None and _moves(world, s) for s in symbols):
         raise BgError([scenes.hold_without_state(path.span, path_of(path))])
     labels = component_names(path_of(path), value.shape)
     return [
@@ -71,6 +69,13 @@ def _held(world: World, scene: Scene, path: syntax.Expr, observed: Observed) -> 
         )
         for label, unit, node in zip(labels, value.units, value.nodes, strict=True)
     ]
+
+
+def _moves(world: World, symbol: Symbol) -> bool:
+    """Return whether a start at rest can move a symbol: states, and what sampled parts hold."""
+    if symbol.kind is Kind.INPUT:
+        return symbol.index >= world.quantities.first_held
+    return symbol.kind not in (Kind.PARAM, Kind.TIME)
 
 
 def _parameter(world: World, path: syntax.Expr, node: Node) -> str:
