@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 11
+#define BGC_ABI 12
 
 typedef enum {
     BGC_OK = 0,
@@ -302,8 +302,9 @@ typedef struct bgc_model {
     /* The factors of W in blocks of rows; then factor() and the tables of W are NULL. NULL: these. */
     const bgc_block_info *blocks;
 
-    /* Operations of an explicit step over those of an implicit one, by which `switching` chooses; 0:
-     * explicit steps are not worth while, or impossible since M is not the identity. */
+    /* Operations of an explicit step over those of an implicit one, by which `switching` and
+     * `switching_fixed` choose; 0: explicit steps are not worth while, or impossible since M is not the
+     * identity. */
     double explicit_cost;
 } bgc_model;
 
@@ -358,6 +359,8 @@ const char *bgc_status_text(bgc_status s);
 double bgc_time(const bgc_data *d);
 /* The state at t within the last step, by its dense output. */
 bgc_status bgc_state_at(const bgc_model *m, bgc_data *d, double t, double *x);
+/* Continues a reset at other values: those of x, n_state, and then of all that sampled parts hold. */
+bgc_status bgc_restart_at(const bgc_model *m, bgc_data *d, const double *start);
 double *bgc_state(bgc_data *d);              /* x, n_state; may be written between steps */
 const double *bgc_scale(const bgc_data *d);  /* n_state: absolute tolerances are relative to them */
 double *bgc_input(bgc_data *d);              /* u, n_input; the caller writes those without a device */
@@ -378,6 +381,11 @@ bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y);
  * states, count * n_state by rows; those of the rows by momenta alone. The count is bgc_chain_rows(m). */
 int bgc_chain_rows(const bgc_model *m);
 bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *value, double *slope);
+/* The values that sampled parts would hold after an instant at the present time and state, and the period
+ * of each in s; bgc_count_held(m) of them. Value k is input bgc_held_input(m, k). */
+int bgc_count_held(const bgc_model *m);
+int bgc_held_input(const bgc_model *m, int k);
+bgc_status bgc_next_held(const bgc_model *m, bgc_data *d, double *value, double *period);
 /* stored since reset, supplied, dissipated, residual = stored - supplied + dissipated; J. */
 bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);
 
@@ -398,7 +406,8 @@ typedef struct {
 } bgc_method_info;
 
 /* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
- * the first with fixed steps are the defaults; `switching` is where explicit_cost is not 0. */
+ * the first with fixed steps are the defaults; where explicit_cost is not 0 those that change to an
+ * explicit one: `switching`, `switching_fixed`. */
 bgc_status bgc_get_method(int k, bgc_method_info *info);
 
 typedef struct {

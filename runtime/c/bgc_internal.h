@@ -148,11 +148,24 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
 void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 
+/* --- spectrum.c */
+typedef enum { BGC_ESTIMATING, BGC_ESTIMATED } bgc_estimate;
+
+void bgc_reset_radius(bgc_data *d);
+bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_data *d, double enough);
+double bgc_estimate_radius(const bgc_model *m, bgc_data *d, double enough);
+
 /* --- switching.c */
 const bgc_method *bgc_present_method(const bgc_core *core);
 void bgc_reset_choice(const bgc_model *m, bgc_data *d);
 void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h);
 void bgc_count_rejection(bgc_core *core);
+void bgc_change_method(bgc_core *core, double t, double cost, int is_trial);
+
+/* --- switching_fixed.c */
+void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d);
+int bgc_return_from_partner(bgc_core *core);
+int bgc_rejects_explicit_step(const bgc_model *m, bgc_data *d);
 
 /* --- rounding.c */
 int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method);

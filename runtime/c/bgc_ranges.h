@@ -99,7 +99,7 @@ static inline bgc_range bgc_range_at_most(bgc_range a, bgc_range b) {
     return bgc_range_truth(a.high <= b.low, !(a.low > b.high));
 }
 
-/* The test of a mode, which is no number while ranges are computed, is false. */
+/* The test of a mode, which is not a number while ranges are computed, is false. */
 static inline bgc_range bgc_range_equal(bgc_range a, bgc_range b) {
     return bgc_range_truth(a.low == a.high && b.low == b.high && a.low == b.low,
                            a.low <= b.high && b.low <= a.high);

@@ -120,7 +120,7 @@ static int is_comparison(const bgc_model *m, int k) {
 }
 
 /* At the start of a search for events. An argument that has come back is as any other; until then the
- * rounding by which it lies beyond its edge is no event. */
+ * rounding by which it lies beyond its edge is not an event. */
 static const double turned_back = 3.0; /* in d->ignored */
 
 void bgc_ignore_turned(const bgc_model *m, bgc_data *d) {

@@ -79,6 +79,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->corrected_at = place(&l, n);
     d->range = place(&l, n);
     d->dominant = place(&l, n);
+    d->direction = place(&l, n);
+    d->image = place(&l, n);
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));

@@ -149,7 +149,7 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
     return -1;
 }
 
-/* The first pivot of the factors of bgc_factorise_dense that is no larger than the rounding errors of
+/* The first pivot of the factors of bgc_factorise_dense that is at most the rounding errors of
  * the terms it is the sum of, or -1: the rows do not determine that state, whatever its sign. */
 int bgc_rounded_pivot(int n, const double *lu) {
     const double noise = 2.0 * n * DBL_EPSILON;

@@ -82,7 +82,8 @@ struct bgc_method {
     int error_order; /* of the embedded solution that estimates its error; 0: fixed steps only */
     int embedded_order; /* of that of tableau->embedded; 0: fixed steps are never subdivided */
     int substeps;       /* most parts of a fixed step where the options give none; 0: 1 */
-    const char *partner; /* the explicit method that takes over where nothing is stiff (switching.c) */
+    const char *partner; /* the explicit method that takes over where nothing is stiff (switching.c,
+                          * switching_fixed.c) */
     int check_dense; /* the error estimate ignores stiff components, which L-stability damps by the
                       * end of the step: the dense output within it is checked as well */
     const char *purpose;

@@ -18,13 +18,13 @@ static int find_method(const char *name) {
     return -1;
 }
 
-/* The first method with fixed steps, or with error control; in a model in which it pays the method that
+/* The first method with fixed steps, or with error control; in a model in which it pays the first that
  * changes to an explicit one. */
 static int default_method(const bgc_model *m, int fixed) {
     int k = 0;
 
     while (bgc_is_adaptive(&bgc_methods[k]) == fixed ||
-           (!fixed && m->explicit_cost > 0.0 && bgc_methods[k].partner == NULL)) {
+           (m->explicit_cost > 0.0 && bgc_methods[k].partner == NULL)) {
         k++;
     }
     return k;

@@ -163,6 +163,9 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     if (core->held == 0) {
         core->held = core->keep;
     }
+    if (status == BGC_OK && bgc_rejects_explicit_step(m, d)) {
+        return BGC_OK;
+    }
     if (status == BGC_OK) {
         if (judged && !bgc_accept_substep(m, d, method, status, stop - core->t)) {
             core->held = 0;
@@ -180,7 +183,10 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         status = bgc_check_divisors(m, d, t_new);
     }
 
-    /* Halve the step, or fail. */
+    /* Try it by the implicit method, halve it, or fail. */
+    if (is_too_long(core, status) && bgc_return_from_partner(core)) {
+        return BGC_OK;
+    }
     if (may_halve(m, core, status)) {
         core->held = 0;
         core->halvings++;
@@ -211,6 +217,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
     }
+    bgc_choose_fixed_method(m, d);
     return accept_step(m, d, &balance, t_new);
 }
 

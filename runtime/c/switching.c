@@ -1,13 +1,12 @@
 /* switching.c: the choice between the implicit method of a run and its explicit partner, step by step.
  *
  * The compiler compares the operations of a step of both (m->explicit_cost). A run begins with the
- * implicit method, whose Jacobian gives a bound on the spectral radius (stiffness.c). It changes to the
- * partner where steps that error control permits resolve all modes, by this bound, and are likely to cost
- * less. Longer ones would excite fast modes, which the implicit method then has to resolve. Each change is
- * a trial: where a second costs more than before, the run returns. From the partner it changes back for a
- * few steps now and then, and for long where its steps no longer resolve all modes, or are short for
- * stability alone: it estimates the dominant eigenvalue from its last two stages, which are at the same
- * time.
+ * implicit method. It changes to the partner where steps that error control permits resolve all modes, by
+ * an estimate of the spectral radius (spectrum.c), and are likely to cost less. Longer ones would excite
+ * fast modes, which the implicit method then has to resolve. Each change is a trial: where a second costs
+ * more than before, the run returns. From the partner it changes back for a few steps now and then, and
+ * for long where its steps no longer resolve all modes, or are short for stability alone: it estimates the
+ * dominant eigenvalue from its last two stages, which are at the same time.
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
  */
 #include "bgc_internal.h"
@@ -18,14 +17,15 @@
 enum { EXPLICIT_TRIAL = 16, IMPLICIT_TRIAL = 3 }; /* steps after which a change is judged, */
 enum { LONGEST_RAMP = 12 };    /* the latter at most so many while they grow */
 enum { LONG_LIMITED = 6 };     /* consecutive steps at the limit after which the run returns */
-enum { LONG_UNEXCITED = 24 };  /* the same, where the dominant modes are not excited */
+enum { LONG_UNEXCITED = 16 };  /* the same, where the dominant modes are not excited */
 enum { MOST_REJECTIONS = 4 };  /* of the partner in a row */
 enum { FIRST_WAIT = 32, LONGEST_WAIT = 2048 }; /* attempts before a trial: twice as many each time */
+enum { FIRST_PAUSE = 16, LONGEST_PAUSE = 64 }; /* the same between estimates of the spectral radius */
 static const double steady = 1.3;      /* growth of steps that are no longer those of the start */
 static const double shorter = 0.7;     /* steps of the partner over implicit ones of the same error */
 static const double oscillating = 1.2; /* stable steps of the partner times the frequency of an oscillation */
-static const double stable = 1.5;      /* the same times the bound, where samples limit steps */
-static const double lasting = 1.3;     /* longest steps of the partner over the longest first one */
+static const double stable = 1.5;      /* the same times the radius, where samples limit steps */
+static const double lasting = 1.25;     /* longest steps of the partner over the longest first one */
 static const double growing = 1.1;     /* growth of implicit steps that are judged later */
 static const double likely = 0.8;      /* predicted cost of the partner over that of the implicit method */
 static const double cheaper = 0.9;     /* cost of a second over that before, above which a trial fails */
@@ -41,6 +41,7 @@ void bgc_reset_choice(const bgc_model *m, bgc_data *d) {
     const char *partner = bgc_methods[core->method].partner;
 
     core->choice = (bgc_choice){.partner = -1};
+    bgc_reset_radius(d);
     for (int k = 0; partner != NULL && m->explicit_cost > 0.0 && k < bgc_method_count; k++) {
         if (strcmp(bgc_methods[k].name, partner) == 0) {
             core->choice.partner = k;
@@ -56,12 +57,12 @@ static double permitted(const bgc_core *core, double h) {
 }
 
 /* Changes to the other method at t. A second has cost as many implicit steps as `cost`. */
-static void change_method(bgc_core *core, double t, double cost, int is_trial) {
+void bgc_change_method(bgc_core *core, double t, double cost, int is_trial) {
     bgc_choice *choice = &core->choice;
 
     choice->is_explicit = !choice->is_explicit;
     choice->is_trial = is_trial;
-    choice->attempts = choice->unexcited = choice->limited = 0;
+    choice->attempts = choice->unexcited = choice->limited = choice->look = 0;
     choice->since = t;
     choice->cost = cost;
     core->error_old = 1.0;
@@ -101,22 +102,43 @@ static double longest_resolved(const bgc_core *core) {
     return fmin(margin * pow(error_constant * core->rtol, 1.0 / 6.0), oscillating);
 }
 
-/* Whether wanted steps of the partner resolve all modes, by the bound. Where samples limit them, stable ones
- * are enough. */
-static int resolves(const bgc_core *core, double wanted, double factor) {
+/* The largest spectral radius under which wanted steps of the partner resolve all modes. Where samples limit
+ * them, stable ones are enough. */
+static double resolved_radius(const bgc_core *core, double wanted) {
     const double length = permitted(core, wanted);
-    const double limit = length < wanted ? stable : longest_resolved(core);
 
-    return length * core->spectral_bound <= factor * limit;
+    return (length < wanted ? stable : longest_resolved(core)) / length;
+}
+
+/* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
+ * pause. */
+static int is_slow(const bgc_model *m, bgc_data *d, double most) {
+    bgc_choice *choice = &d->core.choice;
+    const int slow = bgc_estimate_radius(m, d, most) <= most;
+    const int twice = choice->pause == 0 ? FIRST_PAUSE : 2 * choice->pause;
+
+    choice->pause = slow ? FIRST_PAUSE : twice < LONGEST_PAUSE ? twice : LONGEST_PAUSE;
+    choice->look = choice->attempts + choice->pause;
+    return slow;
 }
 
 /* Whether steps of the partner are likely to cost less, after an implicit step of length h. */
-static int partner_pays(const bgc_model *m, const bgc_core *core, double h) {
+static int partner_pays(const bgc_model *m, bgc_data *d, double h) {
+    const bgc_core *core = &d->core;
     const double wanted = shorter * core->h_next;
 
     return core->counts.steps > 0 && permitted(core, core->h_next) <= steady * h &&
-           resolves(core, wanted, 1.0) &&
-           m->explicit_cost * permitted(core, core->h_next) < likely * permitted(core, wanted);
+           m->explicit_cost * permitted(core, core->h_next) < likely * permitted(core, wanted) &&
+           core->choice.attempts >= core->choice.look &&
+           is_slow(m, d, resolved_radius(core, wanted));
+}
+
+/* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now and then. */
+static int resolves(const bgc_model *m, bgc_data *d, double wanted) {
+    const double most = lasting * resolved_radius(&d->core, wanted);
+
+    return d->core.choice.attempts >= d->core.choice.look ? is_slow(m, d, most)
+                                                          : d->core.spectral_radius <= most;
 }
 
 /* Judges a trial of the partner by the mean length of its steps. */
@@ -131,7 +153,7 @@ static void judge_partner(const bgc_model *m, bgc_core *core, double t) {
 
         /* The implicit method goes on with about the steps it had. */
         if (cost > cheaper * before || 2 * choice->unexcited > EXPLICIT_TRIAL) {
-            change_method(core, t, cost, 0);
+            bgc_change_method(core, t, cost, 0);
             core->h_next = fmax(core->h_next, fmin(1.0 / before, 2.0 * core->h_next));
         }
     }
@@ -148,7 +170,7 @@ static void judge_implicit(const bgc_model *m, bgc_core *core, double t, double 
         choice->is_trial = 0;
         wait_longer(choice);
         if (cost > cheaper * before) {
-            change_method(core, t, cost, 0);
+            bgc_change_method(core, t, cost, 0);
             core->h_next = fmin(core->h_next, m->explicit_cost / before);
         }
     }
@@ -161,11 +183,18 @@ static void leave_partner(const bgc_model *m, bgc_core *core, double t) {
     const double cost = m->explicit_cost / permitted(core, core->h_next);
 
     if (choice->unexcited >= LONG_UNEXCITED || choice->limited >= LONG_LIMITED) {
-        wait_longer(choice);
-        change_method(core, t, cost, 0);
+        if (choice->attempts < FIRST_WAIT) {
+            wait_longer(choice);
+        }
+        bgc_change_method(core, t, cost, 0);
     } else if (!choice->is_trial && choice->attempts >= choice->wait) {
-        change_method(core, t, cost, 1);
+        bgc_change_method(core, t, cost, 1);
     }
+}
+
+/* The number of steps for which something holds, less twice that of those for which it does not. */
+static int count_leakily(int before, int holds) {
+    return holds ? before + 1 : before > 2 ? before - 2 : 0;
 }
 
 /* After an accepted step of length h to d->next at t, before that becomes the present. */
@@ -181,8 +210,8 @@ void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
 
     if (choice->is_explicit) {
         const double product = step_times_eigenvalue(m, d, bgc_present_method(core));
-        choice->unexcited = product > longest_resolved(core) ? choice->unexcited + 1 : 0;
-        choice->limited = resolves(core, core->h_next, lasting) ? 0 : choice->limited + 1;
+        choice->unexcited = count_leakily(choice->unexcited, product > longest_resolved(core));
+        choice->limited = resolves(m, d, core->h_next) ? 0 : choice->limited + 1;
         if (choice->is_trial) {
             judge_partner(m, core, t);
         }
@@ -191,8 +220,8 @@ void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
         }
     } else if (choice->is_trial) {
         judge_implicit(m, core, t, h);
-    } else if (choice->attempts >= choice->wait && partner_pays(m, core, h)) {
-        change_method(core, t, 1.0 / permitted(core, core->h_next), 1);
+    } else if (choice->attempts >= choice->wait && partner_pays(m, d, h)) {
+        bgc_change_method(core, t, 1.0 / permitted(core, core->h_next), 1);
         core->h_next *= shorter;
     }
 }
@@ -204,6 +233,6 @@ void bgc_count_rejection(bgc_core *core) {
     choice->attempts++;
     if (choice->is_explicit && core->rejected >= MOST_REJECTIONS) {
         wait_longer(choice);
-        change_method(core, core->t, 0.0, 0);
+        bgc_change_method(core, core->t, 0.0, 0);
     }
 }

@@ -388,6 +388,16 @@ const bgc_method bgc_methods[] = {
         .purpose = "real time: stiff and algebraic equations; keeps its order with a kept Jacobian",
     },
     {
+        .name = "switching_fixed",
+        .family = &rosenbrock,
+        .tableau = &ros34prw,
+        .order = 3,
+        .embedded_order = 2,
+        .substeps = 8,
+        .partner = "rk4",
+        .purpose = "ros34prw, and rk4 where the steps resolve every motion",
+    },
+    {
         .name = "rodas23w",
         .family = &rosenbrock,
         .tableau = &rodas23w,

@@ -24,7 +24,7 @@ MOST_CHOICES = 9
 def terminal_keys() -> Iterator[int | None]:
     """Let the terminal hand over each key at once, without echo; the file that has them.
 
-    None where standard input is no terminal, or the system has no such terminals.
+    None where standard input is not a terminal, or the system has no such terminals.
     """
     try:
         # Not on Windows.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 from bgc.reference.words import solver_options
-from bgc.runtime.running.methods import SWITCHING, default_method, known_methods
+from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, default_method, known_methods
 
 METHODS = {method.name: method for method in known_methods()}
 
@@ -59,7 +59,7 @@ class _Methods(Group):
         adaptive, fixed = (default_method(METHODS.values(), fixed=f).name for f in (False, True))
         default = (
             f"Without a `solver` it is `{fixed}` where the scene has a `step`, else `{adaptive}`, "
-            f"or `{SWITCHING}` where explicit steps may cost less."
+            f"and `{SWITCHING_FIXED}` or `{SWITCHING}` where explicit steps may cost less."
         )
         table = Table("", header, (*rows, *others))
         body = (*self.intro, Text(default), table, solver_options())

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import SWITCHING, MethodInfo
+from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, MethodInfo
 from bgc.runtime.running.run import Method
 
 _WORTHWHILE = 0.6  # predicted time of the explicit method over that of the run
@@ -34,7 +34,7 @@ def faster_method(model: LoadedModel, method: Method, counts: Mapping[str, float
     steps = counts["steps"] + counts["rejected"]
     if (
         info is None
-        or info.name == SWITCHING
+        or info.name in (SWITCHING, SWITCHING_FIXED)
         or info.family != "Rosenbrock"
         or counts["steps"] < _FEWEST_STEPS
         or not model.facts.operations

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-SWITCHING = "switching"  # the default of models in which explicit steps may cost less
+# The defaults of models in which explicit steps may cost less: with error control and fixed steps.
+SWITCHING, SWITCHING_FIXED = "switching", "switching_fixed"
 ADAPTIVE_OPTIONS = ("rtol", "atol", "step", "max_step", "max_steps", "settle")
 
 _FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
@@ -85,7 +86,8 @@ def default_method(methods: Iterable[MethodInfo], fixed: bool, changes: bool = F
 
     With `changes` the first that changes to an explicit method where nothing is stiff.
     """
-    return next(m for m in methods if m.fixed == fixed and (m.name == SWITCHING or not changes))
+    changing = (SWITCHING, SWITCHING_FIXED)
+    return next(m for m in methods if m.fixed == fixed and (m.name in changing or not changes))
 
 
 @cache

@@ -17,7 +17,7 @@ from bgc.printing.tables import Table
 from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import SWITCHING, default_method
+from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, default_method
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.rows import row_times
@@ -244,14 +244,15 @@ def adaptive_and_fixed(
 ) -> tuple[list[str], list[str]]:
     """Divide the requested methods, by default all, into adaptive and fixed-step ones.
 
-    `switching` is among them by default where it differs from `rodas5p`.
+    `switching` and `switching_fixed` are among them by default where they differ from `rodas5p` and
+    `ros34prw`.
     """
     known = (*model.solvers, *BACKENDS)
     for name in solvers or ():
         if name not in known:
             raise BgError([unknown_solver(name, known)])
     differs = model.library.explicit_cost > 0
-    usual = [name for name in known if name != SWITCHING or differs]
+    usual = [name for name in known if name not in (SWITCHING, SWITCHING_FIXED) or differs]
     chosen = usual if solvers is None else [name for name in known if name in solvers]
     methods = model.library.methods
     fixed = [name for name in chosen if name in methods and methods[name].fixed]

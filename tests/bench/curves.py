@@ -100,7 +100,7 @@ def rates(family: str, size: int) -> Iterator[Point]:
     figures = {
         "rates": ("our f", "Pinocchio ABA", "mj_forward"),
         "derivatives": ("our J", "ABA derivatives"),
-        "steps": ("ros34prw, 1 ms", "mj_step implicitfast", "mj_step implicit"),
+        "steps": ("ours, 1 ms", "ros34prw, 1 ms", "mj_step implicitfast", "mj_step implicit"),
     }
     for figure, tools in figures.items():
         chosen = {tool: values[tool] for tool in tools if tool in values}

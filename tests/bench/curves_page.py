@@ -30,7 +30,8 @@ _FIGURES = {
                     "The Jacobian, against Pinocchio's `computeABADerivatives`. Ours also has the "
                     "derivatives of the friction and by the time."),
     "steps": ("Fixed steps of 1 ms", "processor time of a step, us",
-              "Ours is of order three, MuJoCo's methods are of order one."),
+              "Ours is of order three (`ros34prw`), or four where explicit steps resolve all "
+              "motions (`switching_fixed`); MuJoCo's methods are of order one."),
     "compile": ("Compilation", "processor time, s",
                 "`bgc build --target c`, and the C compiler for the shared object, with an empty "
                 "cache; less the time of a model with one state."),
@@ -46,7 +47,7 @@ is a power of the size, and its exponent stands in the last column. `python test
 measures everything again. The rules of each comparison stand at the top of `growth.py`,
 `arm_peers.py` and `curves.py` in `tests/bench`.
 """
-_OURS = ("ours", "our f", "our J", "ros34prw, 1 ms", "bgc", "C")
+_OURS = ("ours", "ours, 1 ms", "our f", "our J", "ros34prw, 1 ms", "bgc", "C")
 _COLOURS = ("#c2410c", "#1d4ed8", "#15803d", "#7e22ce")
 
 

@@ -174,7 +174,7 @@ def _their_fall(mujoco: object, integrator: str, k: float, times: Array) -> Arra
     for row in range(1, len(times)):
         mujoco.mj_step(model, data, each)  # type: ignore[attr-defined]
         if data.time < times[row] - 0.5 * _STEP:
-            break  # unstable: it has started anew
+            break  # unstable: it has started again
         angle[row] = data.qpos[5]
     return angle
 

@@ -53,7 +53,7 @@ def test_the_warning_names_state_step_and_time(load):
 
 @pytest.mark.parametrize(("method", "far"), [("midpoint", 100), ("gauss4", 200)])
 def test_a_symmetric_method_that_only_keeps_the_energy_warns(load, method, far):
-    """Whatever the step, the energy of a linear swing is kept: its balance tells nothing."""
+    """Whatever the step, the energy of a linear swing is kept: its balance shows nothing."""
     options = {"solver": method, "step": 0.01}
     assert codes(load("coarse", "swing"), **options, parameters={"rate": far}) == {"BG719"}
     assert not codes(load("coarse", "swing"), **options, parameters={"rate": far / 4})

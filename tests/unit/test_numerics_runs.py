@@ -111,7 +111,7 @@ def test_rejected_steps_keep_f_and_its_jacobian(c_model: Any) -> None:
     counts = robertson.counts
     assert counts.rejected >= 5
     assert counts.jacobians <= counts.steps + 3
-    # Eight stages, of which the first is kept; dense output and the first step evaluate f too.
+    # Eight stages, and the first is kept; dense output and the first step evaluate f too.
     assert counts.rhs < 8 * (counts.steps + counts.rejected)
 
 

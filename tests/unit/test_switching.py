@@ -10,7 +10,12 @@ import pytest
 
 import bgc
 from bgc.runtime.results.summary import summarise
-from bgc.runtime.running.methods import SWITCHING, default_method, known_methods
+from bgc.runtime.running.methods import (
+    SWITCHING,
+    SWITCHING_FIXED,
+    default_method,
+    known_methods,
+)
 from bgc.runtime.trade.trade import adaptive_and_fixed
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -96,6 +101,22 @@ def test_the_run_returns_where_a_fast_motion_has_decayed(
     assert run.changes < 20
 
 
+def test_the_run_returns_where_a_fast_motion_has_decayed_slowly(c_model: Any) -> None:
+    """At loose tolerances the implicit method damps it; explicit steps follow it to the end."""
+    values = {"p0": 300.0, "p1": 0.3, "p2": 0.3}
+    run = _Run(c_model, SWITCHING, 1e-3, **values)
+    assert run.work < 0.8 * _Run(c_model, "rodas5p", 1e-3, **values).work
+
+
+def test_entries_that_cancel_do_not_count_as_fast(c_model: Any) -> None:
+    """Steps are chosen by the eigenvalues, here -i and i, not by the entries, which are 10."""
+    cancelling = c_model("cancelling")
+    cancelling.start(SWITCHING, rtol=1e-6)
+    cancelling.finish(TIMES)
+    counts = cancelling.counts
+    assert counts.explicit_steps > 0.9 * counts.steps
+
+
 @pytest.mark.parametrize(
     ("d", "options", "explicit"), [(0.3, {}, False), (0.0, {"max_step": 0.008}, True)]
 )
@@ -129,6 +150,43 @@ def test_it_does_not_change_without_an_explicit_cost(c_model: Any) -> None:
     assert rows[0].tobytes() == rows[1].tobytes()
 
 
+@pytest.mark.parametrize("b", [0.0, 30.0, 99.0])
+def test_fixed_steps_are_explicit_where_they_resolve_the_fastest_motion(
+    c_model: Any, b: float
+) -> None:
+    """Up to 0.35 over the frequency of 100 rad/s, whatever its damping is."""
+    explicit, short, long = [], c_model("springs"), c_model("springs")
+    for springs, step in ((short, 0.0034), (long, 0.0036)):
+        springs.set(p0=100.0, p2=b)
+        springs.start(SWITCHING_FIXED, step=step)
+        rows = springs.finish(np.linspace(0.0, 2000 * step, 11))
+        explicit.append(springs.counts.explicit_steps)
+    assert explicit[0] > 1950
+    assert explicit[1] == 0
+    long.start("ros34prw", step=0.0036)
+    assert long.finish(np.linspace(0.0, 7.2, 11)).tobytes() == rows.tobytes()
+
+
+@pytest.mark.parametrize("sharp", [4.0, 1e5])
+def test_fixed_steps_are_implicit_in_the_stiff_part_of_a_run(c_model: Any, sharp: float) -> None:
+    """Also where the stiffness comes at once: the implicit method takes that step again."""
+    waking, other = c_model("waking"), c_model("waking")
+    waking.set(p3=sharp, p4=1e-7)  # apart, so that unstable steps show
+    waking.start(SWITCHING_FIXED, step=0.01, substeps=1)
+    parts, rows = [], []
+    for grid in (TIMES[:39], TIMES[39:83], TIMES[83:]):
+        before = waking.counts.explicit_steps
+        rows.append(waking.finish(grid))
+        parts.append(waking.counts.explicit_steps - before)
+        assert other.restore(waking.save()) == "OK"
+    np.testing.assert_allclose(np.vstack(rows)[:, 2], np.cos(TIMES), atol=1e-6)
+    assert parts[0] > 0.95 * 1900
+    assert parts[1] < 0.15 * 2200
+    assert parts[2] > 0.5 * 1900
+    later = TIMES + 60.0
+    assert other.finish(later).tobytes() == waking.finish(later).tobytes()
+
+
 @pytest.mark.parametrize("reuse", [True, False])
 def test_the_last_stage_of_dopri5_is_the_first_of_the_next_step(c_model: Any, reuse: bool) -> None:
     """f is evaluated six times a step, and rows or restarts in between change no bit."""
@@ -157,12 +215,16 @@ def test_a_mechanism_chooses_explicit_steps_by_itself() -> None:
         spread = np.ptp(reference[name]) or 1.0
         assert np.abs(run[name] - reference[name]).max() < 1e-4 * spread
     assert "of them explicit" in summarise(run)
-    assert SWITCHING in adaptive_and_fixed(model, None)[0]
+    adaptive, fixed = adaptive_and_fixed(model, None)
+    assert SWITCHING in adaptive and SWITCHING_FIXED in fixed
+    assert model.simulate(0.01, step=1e-3).solver == SWITCHING_FIXED
 
 
 def test_a_small_or_implicit_model_keeps_its_default() -> None:
     model = bgc.compile(MODELS / "duffing.bg")
     assert model.library.explicit_cost == 0.0
     assert model.simulate().solver == "rodas5p"
-    assert SWITCHING not in adaptive_and_fixed(model, None)[0]
+    adaptive, fixed = adaptive_and_fixed(model, None)
+    assert SWITCHING not in adaptive and SWITCHING_FIXED not in fixed
     assert default_method(known_methods(), fixed=False, changes=True).name == SWITCHING
+    assert default_method(known_methods(), fixed=True, changes=True).name == SWITCHING_FIXED

@@ -184,7 +184,7 @@ static int haply_drain(haply_state *h, json_text *first) {
             break;
         }
         if (opcode < 0) {
-            return haply_fault(h, "the service sent a frame that is none of its own", "");
+            return haply_fault(h, "the service sent a frame that is not one of its own", "");
         }
         if (opcode == FRAME_CLOSE) {
             return haply_fault(h, "the service closed the connection", "");
@@ -277,7 +277,7 @@ static int haply_connect(haply_state *h, int port, int ms) {
     }
     if (end == NULL || strncmp(h->in, "HTTP/1.1 101", 12) != 0 || strstr(h->in, answer) == NULL ||
         strstr(h->in, answer) > end) {
-        haply_fault(h, "the program at this port is no Inverse Service: it refused a WebSocket", "");
+        haply_fault(h, "the program at this port is not an Inverse Service: it refused a WebSocket", "");
         return 0;
     }
     h->held -= (size_t)(end + 4 - h->in);

@@ -40,7 +40,7 @@ typedef struct {
     bgc_options options;
     int n_input;               /* inputs of the importer: the first ones of the model */
     const double *input_start;
-    const double *start;       /* n_state: a start at rest; NULL: the model's own */
+    const double *start;       /* n_state, then held values: a start at rest; NULL: the model's own */
     const unsigned char *tunable; /* n_param */
     int n_continuous;          /* continuous states of Model Exchange, accounts included */
     int n_free;                /* those that are states of the model */

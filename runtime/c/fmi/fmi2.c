@@ -98,7 +98,7 @@ EXPORTED fmi2Status BGC_FMI2(fmi2SetReal)(fmi2Component c, const fmi2ValueRefere
     return status2(bgc_fmi_set(AS(c), ref, n, value, n));
 }
 
-/* Functions for variables of other types, which this FMU has not. */
+/* Functions for variables of other types, which this FMU does not have. */
 #define WITHOUT_VARIABLES(kind)                                                                       \
     EXPORTED fmi2Status BGC_FMI2(fmi2Get##kind)(fmi2Component c, const fmi2ValueReference ref[],      \
                                                 size_t n, fmi2##kind value[]) {                       \

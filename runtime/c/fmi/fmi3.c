@@ -147,7 +147,7 @@ EXPORTED3(fmi3Status) BGC_FMI3(fmi3SetFloat64)(fmi3Instance instance, const fmi3
     return status3(bgc_fmi_set(AS3(instance), ref, n, value, n_value));
 }
 
-/* Functions for variables of other types, which this FMU has not. */
+/* Functions for variables of other types, which this FMU does not have. */
 static fmi3Status without(fmi3Instance instance, size_t n, const char *name) {
     char text[200];
 

@@ -192,8 +192,7 @@ bgc_fmi_status bgc_fmi_start(bgc_fmi *i) {
     i->core.viewed = i->core.has_row = i->core.has_snapshot = 0;
     status = bgc_reset(m, i->d, i->core.start_time);
     if (status == BGC_OK && i->info->start != NULL) {
-        memcpy(bgc_state(i->d), i->info->start, (size_t)m->n_state * sizeof(double));
-        status = bgc_restart(m, i->d);
+        status = bgc_restart_at(m, i->d, i->info->start);
     }
     if (status != BGC_OK) {
         return bgc_fmi_explain(i, BGC_FMI_ERROR, status);

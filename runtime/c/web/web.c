@@ -90,7 +90,7 @@ EXPORTED("open") int page_open(int k, const char *driver, const char *options) {
 
 EXPORTED("message") const char *page_message(void) { return page.message; }
 
-/* Takes the initial state; or `state`, for which the first `count` parameters of `index` have other values. */
+/* Takes the initial state; or `state` and held values, for which the first `count` parameters of `index` have other values. */
 EXPORTED("start") int page_start(const double *state, int count, const int *index, const double *value) {
     bgc_status status;
 
@@ -99,8 +99,7 @@ EXPORTED("start") int page_start(const double *state, int count, const int *inde
     }
     status = bgc_reset(page.m, page.d, 0.0);
     if (status == BGC_OK && state != NULL) {
-        memcpy(bgc_state(page.d), state, (size_t)page.m->n_state * sizeof *state);
-        status = bgc_restart(page.m, page.d);
+        status = bgc_restart_at(page.m, page.d, state);
     }
     return status;
 }
@@ -113,7 +112,23 @@ EXPORTED("run") int page_run(const double *times, size_t n, double *rows) {
 EXPORTED("done") size_t page_done(void) { return page.done; }
 EXPORTED("now") double page_now(void) { return bgc_time(page.d); }
 EXPORTED("states") int page_states(void) { return page.m->n_state; }
-EXPORTED("state") const double *page_state(void) { return bgc_state(page.d); }
+EXPORTED("inputs") int page_inputs(void) { return page.m->n_input; }
+EXPORTED("input") const double *page_input(void) { return bgc_input(page.d); }
+
+/* The state at a time within the last step; that at its end where the dense output has none. Returns the time. */
+static double page_take_state(double time) {
+    if (bgc_state_at(page.m, page.d, time, page.state) == BGC_OK &&
+        bgc_first_bad(page.m->n_state, page.state) < 0) {
+        return time;
+    }
+    memcpy(page.state, bgc_state(page.d), (size_t)page.m->n_state * sizeof(double));
+    return bgc_time(page.d);
+}
+
+EXPORTED("state_at") const double *page_state_at(double time) {
+    (void)page_take_state(time);
+    return page.state;
+}
 
 /* Sets parameter k in the middle of a run, at a time within the last step; the state stays. */
 EXPORTED("change") int page_change(int k, double value, double time) {
@@ -122,10 +137,7 @@ EXPORTED("change") int page_change(int k, double value, double time) {
     bgc_status status;
 
     bgc_save(m, d, page.saved);
-    if (bgc_state_at(m, d, time, page.state) != BGC_OK || bgc_first_bad(m->n_state, page.state) >= 0) {
-        memcpy(page.state, bgc_state(d), (size_t)m->n_state * sizeof(double));
-        time = bgc_time(d);
-    }
+    time = page_take_state(time);
     memcpy(page.input, bgc_input(d), (size_t)m->n_input * sizeof(double));
     bgc_set_param(m, d, k, value);
     status = bgc_reset(m, d, time);

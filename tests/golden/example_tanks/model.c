@@ -81,16 +81,19 @@ static void model_jacobian(
     const double v2 = v1 - h[2] * x[0];
     const double v3 = h[3] + v2 * v2;
     const double v4 = 1.0 / pow(v3, 0.25);
-    const double v5 = h[0] * (v4 - (v2 + v2) * (0.25 * pow(v3, -0.75) * (v2 * (v4 * v4))));
+    const double v5 = h[0] * (v4 - (v2 + v2) * ((v3 == 0.0 ? 0.0 : v3 == v3 ? 0.25 * pow(v3, -0.75)
+            : v3) * (v2 * (v4 * v4))));
     const double v6 = h[2] * v5;
     jac[2] = v6;
     jac[0] = -v6;
-    const double v7 = 0.3333333333333333 * pow(x[1], -0.6666666666666666) * h[8];
+    const double v7 = (x[1] == 0.0 ? 0.0 : x[1] == x[1] ? 0.3333333333333333 * pow(x[1],
+            -0.6666666666666666) : x[1]) * h[8];
     const double v8 = v5 * v7;
     jac[1] = v8;
     const double v9 = h[3] + v1 * v1;
     const double v10 = 1.0 / pow(v9, 0.25);
-    jac[3] = -(h[7] * (v10 - (v1 + v1) * (0.25 * pow(v9, -0.75) * (v1 * (v10 * v10)))) * v7 + v8);
+    jac[3] = -(h[7] * (v10 - (v1 + v1) * ((v9 == 0.0 ? 0.0 : v9 == v9 ? 0.25 * pow(v9, -0.75) : v9)
+            * (v1 * (v10 * v10)))) * v7 + v8);
     dfdt[0] = 0.0;
     dfdt[1] = 0.0;
 }

@@ -1153,9 +1153,9 @@ static const char *const model_param_check[] = {
     "the matrix of `free.body` must be symmetric: its entries [4, 5] and [5, 4] differ, by `inertia[1,2]` and `inertia[2,1]`",
     "the matrix of `free.body` must be symmetric: its entries [4, 6] and [6, 4] differ, by `inertia[1,3]` and `inertia[3,1]`",
     "the matrix of `free.body` must be symmetric: its entries [5, 6] and [6, 5] differ, by `inertia[2,3]` and `inertia[3,2]`",
-    "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
-    "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
-    "an expression of parameters must be finite, but divides by zero: the equation of `free.body.p[1]` needs it",
+    "an expression of `com` and `inertia` must not be zero: the equation of `free.body.p[1]` divides by it",
+    "an expression of `com` and `inertia` must not be zero: the equation of `free.body.p[1]` divides by it",
+    "an expression of `com` and `inertia` must be finite, but divides by zero: the equation of `free.body.p[1]` needs it",
 };
 
 static const int model_jac_row[] = {
