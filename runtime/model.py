@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TextIO
 
 import numpy as np
 
 from bgc.diagnostics.doors import with_doors
-from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
-from bgc.runtime.results.arrays import Array, Complex
+from bgc.runtime.evaluated import EvaluatedModel
+from bgc.runtime.linear.state_space import Linearisation
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.arguments import method_options, seconds_of
 from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.driven import compiled_again
-from bgc.runtime.running.failures import require
 from bgc.runtime.running.inputs import Inputs, drives_of
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
-from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
+from bgc.runtime.running.simulate import method_of, simulate, times_of
 from bgc.runtime.studied import StudiedModel
 
 if TYPE_CHECKING:
@@ -34,11 +34,10 @@ if TYPE_CHECKING:
 
 
 @with_doors
-class Model(StudiedModel):
+class Model(StudiedModel, EvaluatedModel):
     """A compiled model: set its parameters, simulate it, linearise it.
 
-    Runs share nothing: each starts from the initial state. Attributes are those of `LoadedModel`:
-    `parameters`, `states`, `outputs`, `accounts`, `facts`, `warnings`.
+    Runs share nothing: each starts from the initial state.
     """
 
     def simulate(
@@ -59,6 +58,7 @@ class Model(StudiedModel):
         shapes: bool = False,
         devices: Mapping[str, str] | None = None,
         inputs: Inputs | None = None,
+        out: str | Path | TextIO | None = None,
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -71,7 +71,8 @@ class Model(StudiedModel):
             methods take no step longer than five row intervals, unless `max_step` is given.
         solver, rtol, atol, step, max_step
             Method and its options; by default the scene's, else `ros34prw` where the scene gives a
-            step, `switching` where explicit steps may cost less, or `rodas5p`. `atol` applies to
+            step, or `rodas5p`; where explicit steps may cost less `switching_fixed` or
+            `switching`. `atol` applies to
             all states, SI; without it each state has its own, from the scale of its unit.
             `max_step` limits the steps of an adaptive method, s. An option that the method does
             not have is an error.
@@ -102,6 +103,10 @@ class Model(StudiedModel):
             or a function of the time in s, which is called at the times of the rows and
             interpolated between them without overshoot (`pchip`). Values are SI numbers, texts
             with a unit, or arrays of these. The model is compiled once for each set of values.
+        out
+            A file for all rows: `.csv`, `.npz` or `.zarr`, or an open text stream (CSV). More than
+            2 million numbers are written while the run goes on, in constant memory, and the result
+            then has a selection of the rows (`Result.rows`).
 
         Raises
         ------
@@ -111,12 +116,18 @@ class Model(StudiedModel):
             Ctrl-C; its `result` holds the rows up to there.
         BgError
             An argument or a parameter is at fault.
+
+        Examples
+        --------
+        >>> result = model.simulate("2 s", parameters={"R": "5 ohm"})  # doctest: +SKIP
+        >>> result["capacitor.e"].max(), result.units["capacitor.e"]  # doctest: +SKIP
         """
         options = method_options(rtol, atol, step, max_step, substeps, settle)
         values = parameters or {}
         method, notices = method_of(self, solver, options, values)
-        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
-        drives = drives_of(inputs or {}, times)
+        end, interval = seconds_of(duration), seconds_of(every, "every")
+        # Inputs that are functions are called at the times of the rows.
+        drives = drives_of(inputs, times_of(self, method, end, interval)) if inputs else ()
         if drives or (shapes and not self.facts.shapes):
             return compiled_again(self, drives, shapes=shapes).simulate(
                 duration,
@@ -132,9 +143,20 @@ class Model(StudiedModel):
                 parameters=values,
                 progress=progress,
                 devices=devices,
+                out=out,
             )
         choices = read_choices(devices or {})
-        return simulate(self, method.started(start), times, values, progress, notices, choices)
+        method = method.started(start)
+        if out is not None:
+            # Loads the writers of files.
+            from bgc.runtime.running.streamed import simulate_to, target_of
+
+            target = target_of(out)
+            return simulate_to(
+                target, self, method, end, interval, values, progress, notices, choices
+            )
+        times = times_of(self, method, end, interval)
+        return simulate(self, method, times, values, progress, notices, choices)
 
     def realtime(
         self,
@@ -211,47 +233,6 @@ class Model(StudiedModel):
         loop.warnings += notices
         return loop
 
-    def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
-        """The state at time 0, SI, in the order of `states`."""
-        return self.instance_at(None, 0.0, parameters).state.copy()
-
-    def rhs(
-        self,
-        state: Array | None = None,
-        time: Quantity = 0.0,
-        parameters: Mapping[str, ParameterValue] | None = None,
-    ) -> Array:
-        """f of `M y' = f(t, y)`, by default at the initial state."""
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
-        status, f = instance.rhs()
-        require(instance, status)
-        return f
-
-    def jacobian(
-        self,
-        state: Array | None = None,
-        time: Quantity = 0.0,
-        parameters: Mapping[str, ParameterValue] | None = None,
-    ) -> Array:
-        """df/dy, dense (n, n), by default at the initial state."""
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
-        status, dense, _ = instance.jacobian()
-        require(instance, status)
-        return dense
-
-    def observe(
-        self,
-        state: Array | None = None,
-        time: Quantity = 0.0,
-        parameters: Mapping[str, ParameterValue] | None = None,
-    ) -> dict[str, float]:
-        """The observed values, by default at the initial state; no energy accounts."""
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
-        status, values = instance.outputs()
-        require(instance, status)
-        pairs = zip(self.measured, values.tolist(), strict=True)
-        return {v.name: value for v, value in pairs if v.name in self.facts.columns}
-
     def linearise(
         self,
         inputs: Sequence[str] = (),
@@ -264,7 +245,7 @@ class Model(StudiedModel):
     ) -> Linearisation:
         """Linearise about an operating point: `dx' = A dx + B du`, `dy = C dx + D du`.
 
-        Derivatives are exact. Usable as `scipy.signal.StateSpace(lin.A, lin.B, lin.C, lin.D)`.
+        Derivatives are exact. Where algebraic equations remain, it is `E dx' = A dx + B du`.
 
         Parameters
         ----------
@@ -287,6 +268,11 @@ class Model(StudiedModel):
         ------
         BgError
             An input or output does not exist, or there is no equilibrium.
+
+        Examples
+        --------
+        >>> linear = model.linearise(["supply.e"], ["speed"], at="steady")  # doctest: +SKIP
+        >>> linear.A, linear.modes(), linear.to_ss()  # doctest: +SKIP
         """
         # Loads the compiler, which takes longer than most runs; they do without it.
         from bgc.runtime.linearising.operating import OpenedModel
@@ -351,33 +337,6 @@ class Model(StudiedModel):
         values = self.parameters.given(parameters or {})
         return symbolic_model(path, options, inputs, outputs, at, values)
 
-    def eigenvalues(
-        self,
-        state: Array | None = None,
-        time: Quantity = 0.0,
-        parameters: Mapping[str, ParameterValue] | None = None,
-    ) -> Complex:
-        """Eigenvalues of the emitted Jacobian at a state, 1/s, by rising real part."""
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
-        status, dense, _ = instance.jacobian()
-        require(instance, status)
-        status, mass = instance.mass()
-        require(instance, status)
-        return pencil_eigenvalues(dense, mass)
-
-    def modes(
-        self,
-        state: Array | None = None,
-        time: Quantity = 0.0,
-        parameters: Mapping[str, ParameterValue] | None = None,
-    ) -> tuple[Mode, ...]:
-        """Modes of the emitted Jacobian at a state, by rising frequency."""
-        return modes_of(self.eigenvalues(state, time, parameters))
-
-    def state_at(self, time: Quantity) -> tuple[Array, Array]:
-        """Run to a time, s; return the state and the device inputs then. No rows are kept."""
-        return state_after(self, seconds_of(time, "time") or 0.0)
-
     # --- stepwise ---------------------------------------------------------------------
 
     def step(
@@ -393,11 +352,21 @@ class Model(StudiedModel):
         """Begin a run that the program advances piece by piece.
 
         Between the pieces the observed values and the state can be read: to stop at a condition, to
-        show them, to feed another program. Options are as for `simulate`; an adaptive method takes
-        its own steps, and its values at the times asked for are those of its dense output.
+        show them, to feed another program. An adaptive method takes its own steps, and its values
+        at the times asked for are those of its dense output.
 
-        `inputs` drives inputs in place of the scene: a value is held until `advance` changes it; a
-        pair `(times, values)` is joined by straight lines, and its last value holds behind them.
+        Parameters
+        ----------
+        solver, rtol, step, max_step, parameters
+            As for `simulate`.
+        inputs
+            Inputs in place of the scene's `drive`s: a value is held until `advance` changes it; a
+            pair `(times, values)` is joined by straight lines, and its last value holds after them.
+
+        Raises
+        ------
+        BgError
+            An argument or a parameter is at fault (BG563 for an input that is a function).
 
         Examples
         --------
@@ -412,9 +381,9 @@ class Model(StudiedModel):
 
         options = method_options(rtol, None, step, max_step, None, None)
         begun = opened(self, inputs or {})
-        method, _ = method_of(begun.model, solver, options, parameters or {})
+        method, notices = method_of(begun.model, solver, options, parameters or {})
         values = {**(parameters or {}), **begun.values}
-        return Stepping(begun.model, method, values, begun.inputs)
+        return Stepping(begun.model, method, values, begun.inputs, notices)
 
     # --- views ------------------------------------------------------------------------
 

@@ -85,6 +85,11 @@ class StudiedModel(LoadedModel):
             Ctrl-C; its `result` holds the rows up to there.
         BgError
             An argument or a parameter is at fault.
+
+        Examples
+        --------
+        >>> many = model.simulate_many({"k": [1, 2, "5 N/m"], "m": "2 kg"})  # doctest: +SKIP
+        >>> many["x"].shape  # (instances, rows)  # doctest: +SKIP
         """
         # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
         from bgc.runtime.running.cases import checked_cases
@@ -148,7 +153,7 @@ class StudiedModel(LoadedModel):
         store
             Directory for the results as a Zarr group, written while the sweep goes on; a sweep that
             was interrupted or killed goes on from there.
-        resume
+        progress, resume
             As for `simulate_many`.
         duration, every, solver, rtol, atol, step, max_step, substeps, settle, start, inputs
             As for `simulate`; the inputs are those of all runs.
@@ -166,6 +171,11 @@ class StudiedModel(LoadedModel):
             Ctrl-C; `result` holds what was done.
         BgError
             An argument or a parameter is at fault.
+
+        Examples
+        --------
+        >>> study = model.sweep({"mass": "1..9 t:5"}, ["max(tension)"])  # doctest: +SKIP
+        >>> study["mass"], study["max(tension)"], study.statistics()  # doctest: +SKIP
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
@@ -242,6 +252,11 @@ class StudiedModel(LoadedModel):
         ------
         BgError
             The data or the bounds are at fault (BG788, BG479), or the run at the start fails.
+
+        Examples
+        --------
+        >>> estimate = model.fit("run.csv", {"k": "50..500 N/m"})  # doctest: +SKIP
+        >>> estimate["k"], estimate.interval("k")  # doctest: +SKIP
         """
         # As for `simulate_many`.
         from bgc.runtime.running.driven import driven
@@ -321,6 +336,11 @@ class StudiedModel(LoadedModel):
         BgError
             An argument is at fault (BG655 and those of a wrong name, unit or number), or the run
             at the start fails.
+
+        Examples
+        --------
+        >>> best = model.optimise({"k": "50..500 N/m"}, minimise="max(x)")  # doctest: +SKIP
+        >>> best["k"], best.objective, best.feasible  # doctest: +SKIP
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
@@ -377,7 +397,7 @@ class StudiedModel(LoadedModel):
             The value of a criterion from those of the seeds. "gumbel": of extremes (max, min, peak,
             range) the most probable one, for the time of `exposure` (s) instead of the simulated
             one; of other observables the mean. "worst": that of the worst seed.
-        scheduler, store, resume
+        scheduler, store, progress, resume
             As for `sweep`.
         duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
             As for `simulate`.
@@ -388,6 +408,13 @@ class StudiedModel(LoadedModel):
             Ctrl-C.
         BgError
             An argument or a parameter is at fault.
+
+        Examples
+        --------
+        >>> found = model.operability(  # doctest: +SKIP
+        ...     "sea.height=1..4 m:7", "sea.period=5..13 s:5", ["peak(roll) < 3 deg"]
+        ... )
+        >>> found.limiting_heights(), found.downtime("north_sea.csv")  # doctest: +SKIP
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once

@@ -19,7 +19,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 
 _EPILOG = """\b
@@ -131,4 +131,5 @@ def fit(
     if plot is not None:
         estimate.plot(plot)
     print_tables(estimate.tables())
+    print_written(out, plot)
     context.exit(0 if estimate.converged else AT_FAULT)

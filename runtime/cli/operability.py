@@ -21,7 +21,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.results.study import StudyInterrupted
 
@@ -133,4 +133,5 @@ def operability(
     if diagram is not None:
         tables.append(found.downtime_table(found.downtime(diagram)))
     print_tables(tables)
+    print_written(out, plot, store)
     context.exit(AT_FAULT if found.study.failures else 0)

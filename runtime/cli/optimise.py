@@ -19,7 +19,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.studies.optimum import OptimisationInterrupted
 
@@ -148,4 +148,5 @@ def optimise(
     if plot is not None:
         found.plot(plot)
     print_tables(found.tables())
+    print_written(out, plot)
     context.exit(status)

@@ -33,8 +33,8 @@ from bgc.runtime.results.summary import extremes, summarise
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
 from bgc.runtime.running.progress import CompilingLine
+from bgc.runtime.running.streamed import FILES, write_result
 
-_TABLES = (".csv", ".npz")
 _PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -46,7 +46,9 @@ _PICTURES = (".png", ".svg", ".pdf")
 @whole_option
 @strict_option
 @preview_option
-@click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for standard output.")
+@click.option(
+    "--out", metavar="FILE", help="Write the rows: .csv, .npz, .zarr; - for standard output."
+)
 @click.option("--plot", metavar="FILE", help="Draw the columns: .png, .svg or .pdf.")
 @click.option(
     "--panel",
@@ -88,7 +90,7 @@ def run(
         raise click.UsageError("--panel needs --plot FILE")
     if shapes and (out is None or Path(out).suffix.lower() != ".npz"):
         raise click.UsageError("--shapes needs --out FILE.npz")
-    check_target(out, (*_TABLES, "-"))
+    check_target(out, (*FILES, "-"))
     check_target(plot, _PICTURES)
     arguments = read_method(method)
     filled = read_uses(uses)
@@ -99,12 +101,13 @@ def run(
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)
+    target = sys.stdout if out == "-" else None if out is None else Path(out)
     status = 0
     try:
         if realtime:
             result, status = _in_real_time(model, arguments, chosen, shapes, quiet)
         else:
-            result = model.simulate(**arguments, progress=not quiet, devices=chosen)
+            result = model.simulate(**arguments, progress=not quiet, devices=chosen, out=target)
     except SimulationError as problem:
         print_diagnostics(problem.diagnostics)
         result, status = problem.result, AT_FAULT
@@ -116,7 +119,8 @@ def run(
         status = status or AT_FAULT
     else:
         print_diagnostics(result.warnings)
-    _write(result, out)
+    if realtime and target is not None:
+        write_result(result, target)
     drawn = plot is not None and (status == 0 or len(result.time) > 1)
     if drawn:
         result.plot(plot, panels=panels or None)
@@ -166,18 +170,9 @@ def _in_real_time(
 def _files(result: Result, out: str | None, plot: str | None) -> str:
     """Name the files that were written, or the options that write some."""
     names = [
-        *([f"{out} ({len(result.time):,} rows)"] if out not in (None, "-") else []),
+        *([f"{out} ({result.row_count:,} rows)"] if out not in (None, "-") else []),
         *([plot] if plot is not None else []),
     ]
     if names:
         return f"wrote {' and '.join(names)}"
     return "" if out == "-" else "`--out FILE.csv` writes all rows, `--plot FILE.png` draws them"
-
-
-def _write(result: Result, out: str | None) -> None:
-    if out == "-":
-        result.write_csv(sys.stdout)
-    elif out is not None and Path(out).suffix.lower() == ".npz":
-        result.to_npz(out)
-    elif out is not None:
-        result.to_csv(out)

@@ -17,7 +17,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.stress.stress import stress as stress_map
 from bgc.runtime.stress.tables import as_json as map_json
@@ -124,4 +124,6 @@ def stress(
         from bgc.runtime.stress.plot import draw
 
         draw(found, plot)
+    if not (quiet or as_json):
+        print_written(out, plot)
     context.exit(AT_FAULT if found.wrong else 0)

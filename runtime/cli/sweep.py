@@ -22,7 +22,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.results.study import Study, StudyInterrupted
@@ -160,10 +160,14 @@ def sweep(
     _draw(found, plot, kind, status)
     if not quiet:
         click.echo(_summary(found), err=out == "-")
+    tables = []
     if isinstance(found, Study) and not quiet and out != "-":
-        print_tables([found.statistics().table()])
+        tables += found.statistics().tables()
     if isinstance(found, Study) and rank:
-        print_tables(found.sensitivity().tables())
+        tables += found.sensitivity().tables()
+    print_tables(tables)
+    if not quiet:
+        print_written(out, plot if found.status.count("done") or not status else None)
     context.exit(status or (AT_FAULT if found.failures else 0))
 
 

@@ -17,7 +17,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_sentence, print_tables
+from bgc.runtime.cli.printing import print_sentence, print_tables, print_written
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.running.quantity import read_quantity
 from bgc.runtime.trade.configurations import KEEPS, RTOLS
@@ -124,20 +124,21 @@ def trade(
     except KeyboardInterrupt:
         click.echo("interrupted; measurements are kept: the same command continues", err=True)
         context.exit(INTERRUPTED)
-    if not quiet:
-        print_tables(tables(found, everything))
-        click.echo()
-    for warning in found.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    print_sentence(found.sentence)
-    if found.recommended is not None:  # on a line of its own, to be copied into the scene
-        click.echo(f"\n  {found.recommended.statement(found.target.settle)}")
     if out is not None:
         found.to_csv(out)
     if html is not None:
         found.to_html(html)
     if plot is not None:
         found.plot(plot)
+    if not quiet:
+        print_tables(tables(found, everything))
+        print_written(out, html, plot)
+        click.echo()
+    for warning in found.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    print_sentence(found.sentence)
+    if found.recommended is not None:  # on a line of its own, to be copied into the scene
+        click.echo(f"\n  {found.recommended.statement(found.target.settle)}")
 
 
 def _split(text: str | None) -> list[str]:

@@ -181,6 +181,7 @@ class OpenedModel:
             point=point.state[left],
             time=point.time,
             shown={s.name: s.shown for s in states if s.shown is not None},
+            warnings=self.warnings,
         )  # fmt: skip
 
     def mode_shapes(self, point: OperatingPoint) -> tuple[tuple[Mode, ...], Complex]:

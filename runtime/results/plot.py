@@ -259,6 +259,7 @@ def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
             axes.set_xlabel(_label(panel.across, result, factor))
         else:
             axes.tick_params(labelbottom=False)
+    figure.align_ylabels()
     figure.suptitle(
         result.scene if result.status == "done" else f"{result.scene} ({result.status})"
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +14,7 @@ from bgc.building.built import Panel
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.arguments import unknown_column
-from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.catalogue.machine import cannot_write, package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.language.columns import column_of, component_of
@@ -23,13 +22,13 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.row_files import CsvRows, RowArray, RowFile
 from bgc.runtime.results.shapes import Shape, arrays_of, described
 from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_ROWS_AT_ONCE = 4096
 _UNBALANCED = 0.005  # of the energy exchanged: beyond rounding and the usual tolerances
 
 
@@ -81,6 +80,10 @@ class Result(Mapping[str, Array]):
         Warnings about the method and the parameters of the run.
     faster
         An explicit method that would take much less time; empty where none is known.
+    rows
+        Of a run whose rows went to a file and are too many for memory: their number. The result
+        then has a selection: rows at equal intervals, and those at which a column is least or
+        largest. 0 where it has all rows; `row_count` is the number in both cases.
     at_rest
         The start at rest: residual, largest moves, varied parameters. None for other starts.
     warnings
@@ -102,6 +105,12 @@ class Result(Mapping[str, Array]):
     faster: str = ""
     shown: Mapping[str, Shown] = field(default_factory=dict)
     shapes: tuple[Shape, ...] = ()
+    rows: int = 0
+
+    @property
+    def row_count(self) -> int:
+        """The number of rows of the run."""
+        return self.rows or len(self.time)
 
     def shown_in(self, name: str) -> Shown:
         """The unit in which a column is shown: as written, else that of its values."""
@@ -174,7 +183,9 @@ class Result(Mapping[str, Array]):
     def __repr__(self) -> str:
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
         ended = "" if self.status == "done" else f", {self.status}: {self.message}"
-        return f"<bgc result of {self.scene}: {counted(len(self.time), 'row')} to {end}{ended}>"
+        rows = counted(len(self.time), "row")
+        rows = f"{len(self.time):,} of {self.rows:,} rows" if self.rows else rows
+        return f"<bgc result of {self.scene}: {rows} to {end}{ended}>"
 
     def _ipython_key_completions_(self) -> list[str]:
         return ["time", *self.columns, *self._vectors()]
@@ -219,11 +230,7 @@ class Result(Mapping[str, Array]):
 
     def write_csv(self, file: TextIO) -> None:
         """Write as `to_csv` does, to an open file."""
-        csv.writer(file, lineterminator="\n").writerow(("time", *self.columns))
-        table = np.column_stack((self.time, *self.columns.values()))
-        for start in range(0, len(table), _ROWS_AT_ONCE):
-            rows = table[start : start + _ROWS_AT_ONCE].tolist()
-            file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+        self._append_to(CsvRows(file, self._row_arrays()))
 
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: an array for each column, `time`, and `about`.
@@ -231,7 +238,31 @@ class Result(Mapping[str, Array]):
         `about` is a JSON text with the units of the values, the units in which they are shown and
         their factors to SI, the scene, its panels, the solver and the status.
         """
-        about: dict[str, Any] = {
+        arrays = {
+            **self.columns,
+            **arrays_of(self.shapes),
+            "time": self.time,
+            "about": np.array(json.dumps(self.about())),
+        }
+        write_arrays(path, arrays)
+
+    def to_zarr(self, path: str | Path) -> None:
+        """Write a Zarr group (version 3): an array for each column and `time`; xarray opens it.
+
+        A group that an earlier result was written to is replaced. Raises BgError: BG058 without
+        Zarr, BG055 where the path holds something else or cannot be written.
+        """
+        # Only this file needs Zarr.
+        from bgc.runtime.results.zarr_rows import ZarrRows
+
+        try:
+            self._append_to(ZarrRows(Path(path), self._row_arrays(), self.about()))
+        except OSError as problem:
+            raise BgError([cannot_write(str(path), problem.strerror or str(problem))]) from problem
+
+    def about(self) -> dict[str, Any]:
+        """Describe the columns and the run, as files of rows have it."""
+        return {
             "scene": self.scene,
             "solver": self.solver,
             "status": self.status,
@@ -242,13 +273,16 @@ class Result(Mapping[str, Array]):
             "panels": [[panel.columns, panel.across] for panel in self.panels],
             **({"shapes": described(self.shapes)} if self.shapes else {}),
         }
-        arrays = {
-            **self.columns,
-            **arrays_of(self.shapes),
-            "time": self.time,
-            "about": np.array(json.dumps(about)),
-        }
-        write_arrays(path, arrays)
+
+    def _row_arrays(self) -> list[RowArray]:
+        """The columns as arrays of a file."""
+        units = self.units
+        return [RowArray(name, units[name], (), (k,)) for k, name in enumerate(self.columns)]
+
+    def _append_to(self, file: RowFile) -> None:
+        rows = np.column_stack((*self.columns.values(), self.time))[:, : len(self.columns)]
+        file.append(self.time, rows)
+        file.end(self.about())
 
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame with a column for each name and `time` as its index."""

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.row_files import RowArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,6 +95,17 @@ def shapes_of(text: str, columns: Mapping[str, int], rows: Array) -> tuple[Shape
             else:
                 constant[name] = np.array(content, dtype=float).reshape(shape)
         found.append(Shape(**entry, constant=constant, varying=varying, rows=len(rows)))
+    return tuple(found)
+
+
+def shape_arrays(text: str, columns: Mapping[str, int]) -> tuple[RowArray, ...]:
+    """The arrays of all varying quantities in a file, with their places in the rows of a run."""
+    found = []
+    for entry in json.loads(text or "[]"):
+        for name, shape, content in entry["values"]:
+            if content and isinstance(content[0], str):
+                places = tuple(columns[column] for column in content)
+                found.append(RowArray(f"shape:{entry['name']}:{name}", "", tuple(shape), places))
     return tuple(found)
 
 

@@ -13,6 +13,7 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.tabled import Tabled
 from bgc.values.shown import Shown
 
 _RESAMPLES = 1000
@@ -56,8 +57,8 @@ class Runs(Protocol):
         """The unit in which an observable is shown."""
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+@dataclass(frozen=True, slots=True, repr=False)
+class Statistics(Tabled):
     """Statistics of each observable over the runs with a finite value, SI.
 
     `values` is (observables, 4 + quantiles): mean, standard deviation (with n - 1), least, largest,
@@ -78,6 +79,10 @@ class Statistics:
     def __getitem__(self, name: str) -> dict[str, float]:
         row = self.values[self.names.index(name)].tolist()
         return dict(zip(self.columns, row, strict=True))
+
+    def tables(self) -> list[Table]:
+        """The one of `table`."""
+        return [self.table()]
 
     def table(self) -> Table:
         """The statistics in the units in which the observables are shown.
@@ -126,8 +131,8 @@ def statistics(study: Runs, quantiles: Sequence[float]) -> Statistics:
     return Statistics(tuple(study.names), tuple(quantiles), tuple(counts), table, shown)
 
 
-@dataclass(frozen=True, slots=True)
-class Sensitivity:
+@dataclass(frozen=True, slots=True, repr=False)
+class Sensitivity(Tabled):
     """The influence of each parameter on each observable, with confidence intervals.
 
     Of a `saltelli` sample, `measure` is "Sobol index": `first` is the share of the variance that

@@ -124,7 +124,10 @@ class Study:
         return statistics(self, quantiles)
 
     def sensitivity(self, confidence: float = 0.95) -> Sensitivity:
-        """Rank the parameters by their influence on each observable; see `Sensitivity`."""
+        """Rank the parameters by their influence on each observable; see `Sensitivity`.
+
+        `confidence` is the probability of the intervals.
+        """
         return sensitivity(self, confidence)
 
     def plot(
@@ -152,7 +155,7 @@ class Study:
         return plot_study(self, path, observables, kind)
 
     def table(self, lines: int = _LINES) -> Table:
-        """The first runs with their parameters and observables."""
+        """The first `lines` runs with their parameters and observables."""
         names = (*self.parameters, *self.names)
         columns = [self.in_words(name)[:lines] for name in names]
         rows = tuple(

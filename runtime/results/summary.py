@@ -24,7 +24,7 @@ def summarise(result: Result) -> str:
     lines = [
         f"{result.scene}: {_seconds(reached)} simulated in {_seconds(spent)}{factor}{ended}",
         f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
-        f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
+        f"{_count(result.row_count, 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
     if counts["method_changes"]:
         lines.append(

@@ -32,7 +32,8 @@ InputValue: TypeAlias = (
 """A constant, a pair of times and values (the first axis is the time), or a function of t in s."""
 
 Inputs: TypeAlias = Mapping[str, InputValue]
-"""Values of inputs by their paths."""
+"""Values of inputs by their paths: a constant, a pair of times (s) and values, or a function of
+the time in s; `{"road": ([0, 1], [0, "5 cm"])}`."""
 
 _MOST = 10_000  # values of one component: the components of the longest vector of the language
 _A_LINE = 8  # numbers

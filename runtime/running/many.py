@@ -37,6 +37,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.unfinished import Unfinished, find_unfinished
+from bgc.runtime.running.warned import negative_among
 from bgc.values.shown import Shown, shown_by
 
 _FEWEST = 4  # instances from which on compiling for batches pays
@@ -259,7 +260,8 @@ def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled:
 
 
 def _warnings(work: Work) -> Iterator[Diagnostic]:
-    """Warn of fixed steps with an error above the tolerance, of all instances together (BG730)."""
+    """Warn of all instances together: of negative parameters (BG460) and fixed steps (BG730)."""
+    yield from negative_among(work.model, work.varied, work.values)
     if work.over_budget:
         worst = max(work.over_budget, key=lambda counts: counts["largest_excess"])
         yield samples_over_budget(

@@ -150,6 +150,11 @@ class Parameters(Mapping[str, Parameter]):
             return None
         return value if self._library.model.param[index].value >= 0 else None
 
+    def default_of(self, name: str) -> float:
+        """The default of a scalar parameter of the compiled model, SI; 0 where it has none."""
+        index = self._index.get(name)
+        return 0.0 if index is None else float(self._library.model.param[index].value)
+
     def given(self, changes: Mapping[str, ParameterValue]) -> dict[str, float]:
         """Return the values that were set, with `changes`, SI, by the names of scalars."""
         values = dict(self._given)

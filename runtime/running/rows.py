@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,15 +15,46 @@ from bgc.runtime.results.arrays import Array
 DEFAULT_ROWS = 1000
 
 
+@dataclass(frozen=True, slots=True)
+class RowTimes:
+    """The times of the rows of a run: multiples of an interval, the last one at the end; s."""
+
+    duration: float
+    interval: float
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def between(self, first: int, last: int) -> Array:
+        """The times of the rows from `first` to before `last`."""
+        times = np.arange(first, last, dtype=np.float64) * self.interval
+        if last == self.count:
+            times[-1] = self.duration
+        return times
+
+
 def row_times(duration: float, every: float | None, step: float | None, columns: int) -> Array:
     """Compute the times of all rows from 0 to `duration`, both included, in s.
+
+    Raises BgError: those of `lazy_times`, and BG068 if rows of so many `columns` exceed half of the
+    memory.
+    """
+    times = lazy_times(duration, every, step, columns, _memory() / 2)
+    return times.between(0, len(times))
+
+
+def lazy_times(
+    duration: float, every: float | None, step: float | None, columns: int, room: float
+) -> RowTimes:
+    """Find the times of all rows from 0 to `duration`, both included.
 
     Rows are at multiples of `every`; without it at multiples of `step`, the step of a fixed-step
     method; without both at 1,000 equal intervals. The last row is exactly at the end, even if the
     interval before it is shorter.
 
     Raises BgError: BG066 for times that are not positive, BG068 if rows of so many `columns`
-    exceed half of the memory.
+    exceed `room`, bytes.
     """
     for name, value in (("duration (--time)", duration), ("every", every), ("step", step)):
         if value is not None and not (math.isfinite(value) and value > 0):
@@ -31,14 +63,12 @@ def row_times(duration: float, every: float | None, step: float | None, columns:
         raise BgError([bad_option("step", step, f"a time within the {duration:g} s of the run")])
     interval = every or step or duration / DEFAULT_ROWS
     ratio = duration / interval
-    if (ratio + 2) * (columns + 1) * 8 > _memory() / 2:
+    if (ratio + 2) * (columns + 1) * 8 > room:
         raise BgError([too_many_rows(round(min(ratio, 1e18)), columns + 1)])
     whole = round(ratio)
     if whole < 1 or abs(ratio - whole) > 1e-9 * ratio:
         whole = math.floor(ratio) + 1
-    times = np.arange(whole + 1, dtype=np.float64) * interval
-    times[-1] = duration
-    return times
+    return RowTimes(duration, interval, whole + 1)
 
 
 def _memory() -> float:

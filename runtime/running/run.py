@@ -26,6 +26,7 @@ from bgc.runtime.running.binding import Instance, Library, backend_run
 from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rest import go_to_rest
+from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.settle import settle
 from bgc.runtime.running.structures import OptionsStruct, Status
 
@@ -62,14 +63,15 @@ class Method:
     auto: bool = False
     start: str = ""
 
-    def with_capped_step(self, times: Array, timed: bool) -> Method:
+    def with_capped_step(self, times: Array | RowTimes, timed: bool) -> Method:
         """Cap the step of an adaptive method at a few row intervals where a model is `timed`.
 
         Error control cannot see a source that acts between two stages of a long step.
         """
         if not timed or self.fixed or self.max_step or len(times) < 2:
             return self
-        interval = float(times[-1] - times[0]) / (len(times) - 1)
+        duration = times.duration if isinstance(times, RowTimes) else float(times[-1] - times[0])
+        interval = duration / (len(times) - 1)
         return replace(self, max_step=_ROWS_IN_A_STEP * interval)
 
     def started(self, start: str | None) -> Method:
@@ -82,7 +84,7 @@ class Method:
         """The start at rest of a run of a scene; None where it starts from given values."""
         if self.start == "given":
             return None
-        return facts.rest or (Rest(momenta=facts.momenta) if self.start == "rest" else None)
+        return facts.rest or (facts.resting if self.start == "rest" else None)
 
     def struct(self, accounts: bool) -> OptionsStruct:
         """Make the options structure of C."""
@@ -132,8 +134,7 @@ def choose_method(
     auto = name == AUTO and not given
     if name in ("", AUTO):
         fixed = bool(wanted.get("step") or facts.step)
-        changes = not fixed and library.explicit_cost > 0
-        name = default_method(library.methods.values(), fixed, changes).name
+        name = default_method(library.methods.values(), fixed, library.explicit_cost > 0).name
     known = (*library.methods, *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])

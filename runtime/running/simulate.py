@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from bgc.building.backends import BACKENDS
-from bgc.diagnostics.catalogue.accuracy import (
-    limited_by_rounding,
-    rounding_decides,
-    samples_over_budget,
-    step_too_long,
-)
+from bgc.diagnostics.catalogue.accuracy import rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
-from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
@@ -32,12 +26,12 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.recommended import recommended_method
-from bgc.runtime.running.rows import row_times
+from bgc.runtime.running.rows import RowTimes, lazy_times, row_times
 from bgc.runtime.running.run import Method, choose_method, run_watched
 from bgc.runtime.running.structures import Status
+from bgc.runtime.running.warned import run_warnings
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
-_ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
 _NO_OPTIONS: Mapping[str, float | None] = MappingProxyType({})
 
 
@@ -71,14 +65,21 @@ def simulate(
         status, done, interrupted = run_watched(instance, times, rows, progress)
     result = named_result(model, times[:done], rows[:done], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
-    if interrupted or status is Status.INTERRUPTED:
-        diagnostic = explain(instance, Status.INTERRUPTED)
+    raise_where_ended(model, instance, Status.INTERRUPTED if interrupted else status, result)
+    rounded = undecided(model, capped, instance, times, rows, parameters)
+    return result if rounded is None else result.noted(undecided_state(rounded))
+
+
+def raise_where_ended(
+    model: LoadedModel, instance: Instance, status: Status, result: Result
+) -> None:
+    """Raise the error of a run that ended early, with the rows up to there."""
+    if status is Status.INTERRUPTED:
+        diagnostic = explain(instance, status)
         raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
     if status is not Status.OK:
         diagnostic = model.explain(instance, status)
         raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
-    rounded = undecided(model, capped, instance, times, rows, parameters)
-    return result if rounded is None else result.noted(_undecided(rounded))
 
 
 def method_of(
@@ -114,13 +115,25 @@ def times_of(
     Raises BgError where there is no duration or where the rows of all instances would not fit in
     memory.
     """
+    return row_times(*_rows_wanted(model, method, duration, every), model.row_width * instances)
+
+
+def lazy_times_of(
+    model: LoadedModel, method: Method, duration: float | None, every: float | None, room: float
+) -> RowTimes:
+    """Times of the rows of a run, computed where they are needed; `room` bounds them, bytes."""
+    return lazy_times(*_rows_wanted(model, method, duration, every), model.row_width, room)
+
+
+def _rows_wanted(
+    model: LoadedModel, method: Method, duration: float | None, every: float | None
+) -> tuple[float, float | None, float | None]:
+    """The duration, the interval between rows, and the step of a fixed-step method, s."""
     facts = model.facts
     end = facts.duration if duration is None else duration
     if end is None:
         raise BgError([no_duration(facts.scene)])
-    interval = facts.every if every is None else every
-    step = method.step if method.fixed else None
-    return row_times(end, interval, step, model.row_width * instances)
+    return end, facts.every if every is None else every, method.step if method.fixed else None
 
 
 def state_after(model: LoadedModel, time: float, state: Array | None = None) -> tuple[Array, Array]:
@@ -151,8 +164,18 @@ def named_result(
     instance: Instance,
     notices: Sequence[Diagnostic],
 ) -> Result:
-    """Name the columns of the rows, in the scene's order."""
+    """Name the columns of the rows, with the counts and the warnings of their run."""
     counts = instance.counts
+    return replace(
+        bare_result(model, times, rows, method),
+        counts=counts,
+        notices=(*notices, *run_warnings(model, instance, method)),
+        faster=faster_method(model, method, counts),
+    )
+
+
+def bare_result(model: LoadedModel, times: Array, rows: Array, method: Method) -> Result:
+    """Name the columns of rows, in the scene's order."""
     chosen = model.selection()
     return Result(
         scene=model.facts.scene,
@@ -164,45 +187,15 @@ def named_result(
             model.facts.shapes, {v.name: k for k, v in enumerate(model.measured)}, rows
         ),
         solver=method.name,
-        counts=counts,
+        counts={},
         panels=model.facts.panels,
         accounts=model.accounts,
-        notices=(*notices, *_warnings(model, instance, counts, method)),
-        faster=faster_method(model, method, counts),
     )
 
 
-def _undecided(found: Undecided) -> Diagnostic:
+def undecided_state(found: Undecided) -> Diagnostic:
     """Warn of a state that rounding decides (BG726)."""
     faint = found.faint
     cure = None if found.atol is None or found.right is None else (found.atol, found.right)
     times = faint.fell, faint.grown
     return rounding_decides(found.name, faint.tolerance, times, found.end, cure)
-
-
-def _warnings(
-    model: LoadedModel, instance: Instance, counts: Mapping[str, float], method: Method
-) -> Iterator[Diagnostic]:
-    """Warn of parameters set to negative values, of steps too long, and of rounding.
-
-    The codes are BG460; BG719 and BG730; BG731.
-    """
-    for name, what, element in model.facts.passive:
-        value = model.parameters.turned_negative(instance, name)
-        if value is not None:
-            yield negative_value(None, element, what, value, f", as `{name}` is given")
-    if counts["largest_correction"] > 0:
-        state = model.states[int(counts["correction_state"])].name
-        yield step_too_long(
-            counts["correction_time"], state, counts["largest_correction"], method.step
-        )
-    if counts["rounding"] >= max(2, _ROUNDED * counts["rounding_samples"]):
-        yield limited_by_rounding(int(counts["rounding"]), int(counts["rounding_samples"]))
-    if counts["over_budget"]:
-        yield samples_over_budget(
-            int(counts["over_budget"]),
-            method.step,
-            method.substeps or model.library.methods[method.name].substeps,
-            counts["excess_time"],
-            counts["largest_excess"],
-        )

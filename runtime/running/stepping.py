@@ -12,7 +12,7 @@ import numpy as np
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.catalogue.arguments import run_is_over
 from bgc.diagnostics.catalogue.inputs import function_in_steps, not_an_open_input
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
@@ -21,9 +21,11 @@ from bgc.runtime.running.driven import compiled_again
 from bgc.runtime.running.inputs import Inputs, array_of, drives_of, literal, nested, pair_of
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.run import Method, run_watched
 from bgc.runtime.running.structures import Status
+from bgc.runtime.running.warned import run_warnings
 
 
 @with_doors
@@ -42,8 +44,12 @@ class Stepping:
         method: Method,
         parameters: Mapping[str, ParameterValue],
         inputs: Sequence[str] = (),
+        notices: Sequence[Diagnostic] = (),
     ) -> None:
-        """Begin at the start; `inputs` are the parameters that `advance` may change."""
+        """Begin at the start; `inputs` are the parameters that `advance` may change.
+
+        `notices` are warnings about the method.
+        """
         self._model = model
         self._inputs = inputs
         self._accounts = np.zeros(len(ENERGY_ACCOUNTS))  # at the last change of an input
@@ -51,6 +57,9 @@ class Stepping:
         begun = model.started(method, bool(model.accounts), parameters)
         self._instance: Instance | None = self._stack.enter_context(begun)
         self._time = self._instance.time
+        self._method = method
+        checked = port_diagnostics(self._instance, model.facts, model.places)
+        self._warnings = self._notices = (*notices, *checked)
         self._row = self._read(self._instance, self._time)
 
     def __enter__(self) -> Stepping:
@@ -73,6 +82,14 @@ class Stepping:
         """The time reached, s."""
         self._running()
         return self._time
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """Warnings about the run so far, as those of a `Result`; also when it is over."""
+        if self._instance is not None:
+            about_run = run_warnings(self._model, self._instance, self._method)
+            self._warnings = (*self._notices, *about_run)
+        return self._warnings
 
     @property
     def state(self) -> Array:
@@ -138,6 +155,7 @@ class Stepping:
 
     def close(self) -> None:
         """End the run and close its devices."""
+        _ = self.warnings  # kept: the instance is about to go
         self._instance = None
         self._stack.close()
 

@@ -12,9 +12,10 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table, table_text
+from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.tabled import Tabled
 from bgc.runtime.studies.motion import Recorded
 from bgc.values.shown import Shown
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Estimate:
+class Estimate(Tabled):
     """Estimated parameters: `estimate["k"]` is a value, SI, `estimate.interval("k")` its ends.
 
     Attributes
@@ -77,9 +78,6 @@ class Estimate:
     def parameters(self) -> dict[str, float]:
         """The estimates by name, SI: an argument of `Model.simulate(parameters=..)`."""
         return dict(zip(self.names, self.values.tolist(), strict=True))
-
-    def __repr__(self) -> str:
-        return table_text(self.tables()[0]).rstrip()
 
     def tables(self) -> list[Table]:
         """Estimates, residuals of the columns, and correlations if there are several."""

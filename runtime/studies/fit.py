@@ -16,6 +16,7 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
+from bgc.runtime.running.warned import negative_among
 from bgc.runtime.studies.bounds import spread, with_sobol
 from bgc.runtime.studies.estimate import Estimate
 from bgc.runtime.studies.motion import Recorded
@@ -241,7 +242,7 @@ def _judge(
         loss=options.loss,
         runs=problem.runs,
         failed=len(problem.failures),
-        warnings=tuple(warnings),
+        warnings=(*warnings, *negative_among(problem.model, problem.names, point[np.newaxis])),
     )
 
 

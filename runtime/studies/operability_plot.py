@@ -45,7 +45,7 @@ def plot_operability(
             place.grid(False)
             shown = np.minimum(worst[h].T, 2.0)
             drawn = place.pcolormesh(
-                x, y, shown, shading="nearest", cmap="RdYlGn_r", vmin=0, vmax=2
+                x, y, shown, shading="nearest", cmap="RdYlBu_r", vmin=0, vmax=2
             )
             place.plot(x, limits[h], color="black", marker="o", markersize=3, label="limit")
             if worst[h].size <= _MOST_CELLS:
@@ -54,7 +54,7 @@ def plot_operability(
             place.set_title(titles[h])
             place.set_xlabel(x_label)
             place.set_ylabel(y_label)
-        figure.colorbar(drawn, ax=axes, label="share of the limit")
+        figure.colorbar(drawn, ax=axes, label="share of the limit (black line: limiting height)")
         figure.suptitle("\n".join(legend), fontsize="small")
         if path is not None:
             write_figure(figure, path)

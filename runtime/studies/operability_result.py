@@ -14,11 +14,12 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table, as_text
+from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
+from bgc.runtime.results.tabled import Tabled
 from bgc.runtime.running.csv_tables import number_of, read_rows
 from bgc.values.shown import Shown
 
@@ -78,7 +79,7 @@ def read_scatter(path: str | Path) -> Scatter:
 
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Operability:
+class Operability(Tabled):
     """Sea states with the criteria that hold in them.
 
     Arrays over cells are (headings, periods, heights), those of criteria have them last; SI.
@@ -123,7 +124,10 @@ class Operability:
         return np.asarray(self.worst <= 1)
 
     def governing(self, heading: int, period: int, height: int) -> str:
-        """The criterion of the largest utilisation in a cell, or `failed`."""
+        """The criterion of the largest utilisation in a cell, or `failed`.
+
+        `heading`, `period` and `height` are places from 0 in the values of the study.
+        """
         if self.failed[heading, period, height]:
             return _FAILED
         known = np.nan_to_num(self.utilisation[heading, period, height], nan=np.inf)
@@ -200,9 +204,6 @@ class Operability:
         rows.append(("mean", f"{100 * found.total:.2f} %"))
         note = f"{100 * found.outside:.2f} % of the sea states lie outside those that were run"
         return Table("downtime", ("heading", "downtime"), tuple(rows), note)
-
-    def __repr__(self) -> str:
-        return as_text(self.tables()).rstrip()
 
     def to_csv(self, path: str | Path) -> None:
         """Write a line for each cell and criterion, SI."""

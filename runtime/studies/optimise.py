@@ -22,6 +22,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import StatusLine
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
+from bgc.runtime.running.warned import negative_among
 from bgc.runtime.studies.bounds import spread, with_sobol
 from bgc.runtime.studies.designs import Designs, RunsSpent
 from bgc.runtime.studies.optimum import Limit, OptimisationInterrupted, Optimum
@@ -236,7 +237,7 @@ def _descend(problem: _Problem, start: Array, _: Search) -> bool:
     """Sequential quadratic programming from a point on; return whether it converged.
 
     The worst of several cases is minimised as a bound s of all of them, which is smooth. Passes
-    begin anew at the best design until one gains little, since a pass may end early where its
+    begin again at the best design until one gains little, since a pass may end early where its
     approximate Hessian is poor. Where designs fail, the next pass stays closer to the best one.
     """
     # Slow to load, and only an optimisation needs it.
@@ -374,6 +375,7 @@ def _judged(
     silent = _silent(problem, kind)
     if silent:
         warnings.append(without_influence([names[k] for k in silent]))
+    warnings += negative_among(designs.model, names, point[np.newaxis])
     parameters = designs.model.parameters
     return Optimum(
         scene=designs.model.facts.scene,

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table, table_text
+from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.observables import Criterion, Observable
+from bgc.runtime.results.tabled import Tabled
 from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class Limit:
 
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Optimum:
+class Optimum(Tabled):
     """The best design: `optimum["k"]` is the value of a parameter, SI.
 
     Attributes
@@ -108,15 +109,6 @@ class Optimum:
     def parameters(self) -> dict[str, float]:
         """The best values by name, SI: an argument of `Model.simulate(parameters=..)`."""
         return dict(zip(self.names, self.values.tolist(), strict=True))
-
-    def __repr__(self) -> str:
-        return "\n".join(table_text(each).rstrip() for each in self.tables())
-
-    def _repr_html_(self) -> str:
-        # Only a notebook needs it.
-        from bgc.runtime.results.html import table_html
-
-        return "".join(table_html(each) for each in self.tables())
 
     def tables(self) -> list[Table]:
         """The design with its objective; the limits, if there are any."""

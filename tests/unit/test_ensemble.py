@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-import re
 import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from ensembles import OSCILLATOR, interrupt_after
 
 import bgc
 from bgc.algebra.dag import Op
@@ -29,36 +29,6 @@ pytestmark = pytest.mark.slow
 
 MODELS = Path(__file__).parents[1] / "models"
 FIXED = {"solver": "ros34prw", "step": 0.01}
-
-# A mass on a spring that hardens; what it is pushed by has no root before it is let go.
-OSCILLATOR = """
-model Oscillator {
-  param mass : kg = 1 kg;
-  param k : N/m = 10 N/m;
-  param limit : m = 10 m;
-  param late : s = -1 s;
-  param length : m = 1 m;
-  param period : s = 1 s;
-  param strength : N = 1 mN;
-
-  joint  : J1;
-  body   : I(mass);
-  spring : C(q0 = 1 m) { e = k*q*(1 + (q/length)^2); }
-  push   : Se(e = strength*sqrt((time - late)/period)*sin(time/period));
-  push -> joint -> body, spring;
-  assert abs(spring.q) < limit, "the spring is torn";
-}
-
-scene swing of Oscillator {
-  observe spring.q as q, body.f as v;
-  run 3 s every 0.5 s;
-}
-
-scene watched of Oscillator {
-  observe body.f as v, energy.residual as residual, spring.q as q;
-  run 3 s every 0.3 s;
-}
-"""
 
 
 @pytest.fixture(scope="module")
@@ -458,19 +428,6 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
     assert "interrupted" in result.status
 
 
-def interrupt_after(monkeypatch, after: int) -> None:
-    """Stop an ensemble as Ctrl-C does, when so many batches have been run."""
-    original = batches.Work.run_batch
-    count = iter(range(1, 1000))
-
-    def run_batch(work, start):
-        original(work, start)
-        if next(count) == after:
-            work.stopping = True
-
-    monkeypatch.setattr(batches.Work, "run_batch", run_batch)
-
-
 @pytest.mark.parametrize("vectorised", [True, False])
 def test_an_interrupted_ensemble_is_resumed_with_the_same_numbers(
     oscillator, monkeypatch, tmp_path, vectorised
@@ -517,94 +474,3 @@ def test_another_ensemble_or_a_damaged_file_is_not_resumed(oscillator, monkeypat
     (path,) = (tmp_path / "sweeps").glob("*.npz")
     path.write_bytes(path.read_bytes()[:200])
     assert oscillator.simulate_many(sets, **FIXED, resume=True).recalled == 0
-
-
-# --- bgc sweep --------------------------------------------------------------------------------
-
-
-def sweep(*arguments: str | Path):
-    return CliRunner().invoke(application, ["sweep", *map(str, arguments)])
-
-
-def test_an_interrupted_sweep_writes_what_is_done_and_goes_on(
-    oscillator_file, monkeypatch, tmp_path
-):
-    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
-    out = tmp_path / "many.csv"
-    command = (
-        oscillator_file,
-        "--vary",
-        "k=5..7 N/m:40",
-        "--solver",
-        "ros34prw",
-        "--step",
-        "10 ms",
-    )
-    with monkeypatch.context() as patch:
-        interrupt_after(patch, 1)
-        ended = sweep(*command, "--out", out)
-    assert ended.exit_code == 130
-    match = re.match(r"interrupted when (\d+) of 40 instances were done; the same", ended.stderr)
-    assert match is not None, ended.stderr
-    with out.open() as file:
-        assert len({row["instance"] for row in csv.DictReader(file)}) == int(match[1])
-    done = sweep(*command, "--out", out)
-    assert (done.exit_code, done.output) == (0, f"40 done; {match[1]} of them before\n")
-    assert "nan" not in out.read_text()
-
-
-def test_a_sweep_that_is_interrupted_while_it_compiles_writes_nothing(
-    oscillator_file, monkeypatch, tmp_path
-):
-    def interrupted(*arguments, **named):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(many, "lane_library", interrupted)
-    ended = sweep(oscillator_file, "--vary", "k=5..7 N/m:40", "--out", tmp_path / "many.csv")
-    assert (ended.exit_code, "nothing is written" in ended.stderr) == (130, True)
-    assert not (tmp_path / "many.csv").exists()
-
-
-def test_a_sweep_runs_every_combination(oscillator_file, tmp_path):
-    out = tmp_path / "many.csv"
-    ranges = ("--vary", "k=5..7 N/m:3", "--vary", "mass=1000..2000 g:2")
-    done = sweep(oscillator_file, *ranges, "--solver", "ros34prw", "--step", "10 ms", "--out", out)
-    assert (done.exit_code, done.output) == (0, "6 done\n")
-    with out.open() as file:
-        rows = list(csv.DictReader(file))
-    pairs = list(dict.fromkeys((float(row["k"]), float(row["mass"])) for row in rows))
-    assert pairs == [(5, 1), (5, 2), (6, 1), (6, 2), (7, 1), (7, 2)]
-
-
-def test_a_sweep_takes_the_options_of_a_run(oscillator_file, tmp_path):
-    out = tmp_path / "many.npz"
-    method = ("--solver", "rodas5p", "--atol", "0.1", "--max-step", "0.05", "--time", "0.4")
-    ranges = ("--vary", "k=5..7 N/m:3", "-q", "--out", out)
-    assert sweep(oscillator_file, *ranges, *method).exit_code == 0
-    model = bgc.compile(oscillator_file)
-    sets = {"k": np.linspace(5, 7, 3)}
-    expected = model.simulate_many(sets, 0.4, solver="rodas5p", atol=0.1, max_step=0.05)
-    with np.load(out) as archive:
-        assert np.array_equal(archive["values"], expected.values)
-    other = model.simulate_many(sets, 0.4, solver="rodas5p", atol=0.1)
-    assert not np.array_equal(other.values, expected.values)
-    refused = sweep(oscillator_file, *ranges, "--solver", "rodas5p", "--substeps", "4")
-    assert refused.exit_code == 1 and "BG044" in refused.output
-
-
-def test_a_sample_covers_every_range_evenly(oscillator_file, tmp_path):
-    out = tmp_path / "many.npz"
-    options = ("--sample", "10", "--time", "0.1", "-q", "--out", out)
-    done = sweep(oscillator_file, "--vary", "k=10..20", "--vary", "mass=1..3 kg", *options)
-    assert (done.exit_code, done.output) == (0, "")
-    with np.load(out) as archive:
-        k, mass = np.floor(archive["parameter:k"] - 10), archive["parameter:mass"]
-        m = np.floor((mass - 1) * 5)
-    assert sorted(k) == sorted(m) == list(range(10))
-    assert abs(np.corrcoef(k, m)[0, 1]) < 0.8  # not all along a diagonal
-
-
-@pytest.mark.parametrize("text", ["k", "k=5", "k=5..", "k=5..6:many", "=1..2"])
-def test_a_range_that_is_none(text, oscillator_file, tmp_path):
-    done = sweep(oscillator_file, "--vary", text, "--out", tmp_path / "many.csv")
-    assert done.exit_code == 1 and "BG743" in done.output

@@ -43,7 +43,7 @@ def cache_not_private(path: str, reason: str) -> Diagnostic:
 
     Example: `BGC_CACHE_DIR=/tmp/bgc`, where another user made that directory.
 
-    Way out: delete the directory, which bgc then makes anew for you alone, or set `BGC_CACHE_DIR`
+    Way out: delete the directory, which bgc then makes again for you alone, or set `BGC_CACHE_DIR`
     to a directory of your own. Until then every run compiles the model again in a temporary
     directory.
     """
@@ -161,6 +161,47 @@ def cannot_write(path: str, reason: str) -> Diagnostic:
         "BG055",
         f"cannot write {path}: {reason}",
         help="choose another place, create the directory or free some space",
+    )
+
+
+def rows_not_written(path: str, reason: str, time: float, rows: int) -> Diagnostic:
+    """BG590: the rows of a run can no longer be written
+
+    What: the rows of a long run go to a file while it goes on, and the operating system refused
+    some of them. The run ended there.
+
+    Why: the disk became full, or a network drive is gone.
+
+    Example: `bgc run rlc.bg --time "1 h" --every "1 us" --out /tmp/r.csv`, 3.6 billion rows.
+
+    Way out: the file can be read and has the rows that the message counts. Free some space, write
+    to another disk, or write fewer rows: `--every`.
+    """
+    return error(
+        "BG590",
+        f"cannot write more rows to {path}: {reason}",
+        note=f"the file can be read and has the {rows:,} rows up to t = {time:.9g} s",
+        help="free some space, write to another disk, or write fewer rows with `--every`",
+    )
+
+
+def no_temporary_files(folder: str, reason: str) -> Diagnostic:
+    """BG642: temporary files cannot be written
+
+    What: a C compiler reads and writes files in a temporary folder, which the operating system does
+    not allow.
+
+    Why: the disk of that folder is full, the size of files is limited (`ulimit -f`), or a
+    permission is missing.
+
+    Example: `ulimit -f 20; bgc build rlc.bg --target fmu2`.
+
+    Way out: free some space there, raise the limit, or set `TMPDIR` to another folder.
+    """
+    return error(
+        "BG642",
+        f"cannot write temporary files in {folder}: {reason}",
+        help="free some space there, or set `TMPDIR` to another folder",
     )
 
 

@@ -1,0 +1,68 @@
+"""Warnings about runs, which their results carry beside those of the compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from bgc.diagnostics.catalogue.accuracy import (
+    limited_by_rounding,
+    samples_over_budget,
+    step_too_long,
+)
+from bgc.diagnostics.catalogue.physics import negative_value
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.run import Method
+
+_ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
+
+
+def run_warnings(model: LoadedModel, instance: Instance, method: Method) -> Iterator[Diagnostic]:
+    """Warn of parameters set to negative values, of steps too long, and of rounding.
+
+    The codes are BG460; BG719 and BG730; BG731.
+    """
+    for name, what, element in model.facts.passive:
+        value = model.parameters.turned_negative(instance, name)
+        if value is not None:
+            yield negative_value(None, element, what, value, f", as `{name}` is given")
+    counts = instance.counts
+    if counts["largest_correction"] > 0:
+        state = model.states[int(counts["correction_state"])].name
+        yield step_too_long(
+            counts["correction_time"], state, counts["largest_correction"], method.step
+        )
+    if counts["rounding"] >= max(2, _ROUNDED * counts["rounding_samples"]):
+        yield limited_by_rounding(int(counts["rounding"]), int(counts["rounding_samples"]))
+    if counts["over_budget"]:
+        yield samples_over_budget(
+            int(counts["over_budget"]),
+            method.step,
+            method.substeps or model.library.methods[method.name].substeps,
+            counts["excess_time"],
+            counts["largest_excess"],
+        )
+
+
+def negative_among(
+    model: LoadedModel, varied: Sequence[str], values: Array
+) -> Iterator[Diagnostic]:
+    """Warn of parameters that are negative in some of several runs (BG460).
+
+    `values` are those of the `varied` parameters, (runs, varied); each diagnostic has the lowest.
+    """
+    common = model.parameters.given({})
+    for name, what, element in model.facts.passive:
+        if model.parameters.default_of(name) < 0:
+            continue
+        if name in varied:
+            of_runs = values[:, list(varied).index(name)]
+            negative = of_runs[of_runs < 0]
+            if len(negative):
+                some = f" in {len(negative)} of {len(of_runs)} runs" if len(of_runs) > 1 else ""
+                lowest = float(negative.min())
+                yield negative_value(None, element, what, lowest, f", as `{name}` is given{some}")
+        elif (value := common.get(name, 0.0)) < 0:
+            yield negative_value(None, element, what, value, f", as `{name}` is given")
