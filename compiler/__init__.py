@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bgc.diagnostics.diagnostic import BgError
+    from bgc.runtime import control
     from bgc.runtime.compiling import compile_model as compile
     from bgc.runtime.model import Model
     from bgc.runtime.results.ensemble import Ensemble
@@ -20,7 +21,17 @@ if TYPE_CHECKING:
     from bgc.runtime.running.failures import SimulationError
     from bgc.runtime.trade.trade import Trade, trade
 
-__all__ = ["BgError", "Ensemble", "Model", "Result", "SimulationError", "Trade", "compile", "trade"]
+__all__ = [
+    "BgError",
+    "Ensemble",
+    "Model",
+    "Result",
+    "SimulationError",
+    "Trade",
+    "compile",
+    "control",
+    "trade",
+]
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
@@ -31,6 +42,7 @@ _HOMES = {
     "SimulationError": ("bgc.runtime.running.failures", "SimulationError"),
     "Trade": ("bgc.runtime.trade.trade", "Trade"),
     "compile": ("bgc.runtime.compiling", "compile_model"),
+    "control": ("bgc.runtime.control", ""),  # the module itself
     "trade": ("bgc.runtime.trade.trade", "trade"),
     "load_ipython_extension": ("bgc.runtime.magic", "load_ipython_extension"),
 }
@@ -48,4 +60,5 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'bgc' has no attribute {name!r}")
     module, attribute = _HOMES[name]
-    return getattr(import_module(module), attribute)
+    found = import_module(module)
+    return getattr(found, attribute) if attribute else found

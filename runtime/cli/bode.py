@@ -25,7 +25,7 @@ from bgc.runtime.cli.linear_options import (
     scene_options,
 )
 from bgc.runtime.cli.options import check_target, input_option, output_option
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.frequency import HEADER, Response, frequency_response
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.files import written_whole
@@ -79,6 +79,7 @@ def bode(
         plot_bode(responses, Path(plot))
     if out != "-":
         print_tables([_summary(response) for response in responses])
+    print_written(out, plot)
 
 
 def _responses(linear: Linearisation, low: float | None, high: float | None) -> list[Response]:

@@ -10,7 +10,7 @@ import click
 from bgc.printing.tables import Table
 from bgc.runtime.cli.linear_options import PICTURES, channel_command, plot_option
 from bgc.runtime.cli.options import check_target
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.feedback import gain_unit
 from bgc.runtime.linear.locus import Locus, root_locus
 from bgc.runtime.linear.state_space import Linearisation
@@ -40,6 +40,7 @@ def locus(linear: Linearisation, out: str | None, plot: str | None) -> None:
 
         title = f"root locus, {linear.outputs[0]} by {linear.inputs[0]}"
         plot_locus(found, factors(linear), title, Path(plot))
+    print_written(out, plot)
 
 
 def _crossing_table(linear: Linearisation, found: Locus) -> Table:

@@ -7,11 +7,11 @@ import platform
 import re
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
-from importlib.metadata import requires, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -20,6 +20,20 @@ from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
 
 _DISTRIBUTION = "bgc-lang"
+
+# What the packages of each extra are for; those of developers are left out.
+_EXTRAS = {
+    "view": "`bgc view`",
+    "zig": "a C compiler, pages that run their model, FMUs for other platforms",
+    "lsp": "`bgc lsp`",
+    "notebook": "`%%bgc` in Jupyter",
+    "pandas": "`result.to_pandas()`",
+    "polars": "`result.to_polars()`",
+    "xarray": "`result.to_xarray()`",
+    "control": '`linear.to_ss("control")`',
+    "cluster": "`bgc sweep --scheduler`, Zarr files",
+    "mujoco": "`bgc import` of MuJoCo's files",
+}
 
 
 class Health(Enum):
@@ -48,9 +62,8 @@ def examine() -> tuple[Finding, ...]:
         _compiler,
         _cache,
         _graphviz,
-        _pandas,
     )
-    return tuple(check() for check in checks)
+    return (*(check() for check in checks), *_extras())
 
 
 def is_well(findings: tuple[Finding, ...]) -> bool:
@@ -122,8 +135,16 @@ def _graphviz() -> Finding:
     return Finding("Graphviz", Health.GOOD, found)
 
 
-def _pandas() -> Finding:
-    if find_spec("pandas") is None:
-        remedy = "pip install pandas, for `result.to_pandas()`"
-        return Finding("pandas", Health.OPTIONAL, "not installed", remedy)
-    return Finding("pandas", Health.GOOD, f"version {version('pandas')}")
+def _extras() -> Iterator[Finding]:
+    """Examine the packages of each extra in `_EXTRAS`."""
+    optional = re.compile(r'([\w.-]+).*extra == "(\w+)"')
+    needed = [match for text in requires(_DISTRIBUTION) or () if (match := optional.match(text))]
+    for extra, use in _EXTRAS.items():
+        names = [match[1] for match in needed if match[2] == extra]
+        try:
+            found = ", ".join(f"{name} {version(name)}" for name in names)
+        except PackageNotFoundError:
+            remedy = f'pip install "{_DISTRIBUTION}[{extra}]", for {use}'
+            yield Finding(extra, Health.OPTIONAL, "not installed", remedy)
+        else:
+            yield Finding(extra, Health.GOOD, found)

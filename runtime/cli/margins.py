@@ -8,11 +8,10 @@ import click
 
 from bgc.runtime.cli.linear_options import PICTURES, channel_command, range_options
 from bgc.runtime.cli.options import check_target
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.margins import loop_response
 from bgc.runtime.linear.margins import margins as margins_of
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.linear.tables import margin_table
 
 
 @click.command()
@@ -36,7 +35,7 @@ def margins(
     check_target(nyquist, PICTURES)
     check_target(nichols, PICTURES)
     response = loop_response(linear, low, high)
-    print_tables([margin_table(margins_of(linear, response))])
+    print_tables(margins_of(linear, response).tables())
     if nyquist is None and nichols is None:
         return
     # Loads matplotlib.
@@ -46,3 +45,4 @@ def margins(
         plot_nyquist(response, Path(nyquist))
     if nichols is not None:
         plot_nichols(response, Path(nichols))
+    print_written(nyquist, nichols)

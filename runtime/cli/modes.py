@@ -10,7 +10,7 @@ import numpy as np
 
 from bgc.runtime.cli.linear_options import PICTURES, open_linear, plot_option, scene_options
 from bgc.runtime.cli.options import check_target
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.tables import mode_table, write_modes
 
 
@@ -38,3 +38,4 @@ def modes(full: bool, out: str | None, plot: str | None, **scene: Any) -> None:
         from bgc.runtime.linear.pole_charts import plot_poles
 
         plot_poles(linear.eigenvalues(), np.empty(0, dtype=complex), "eigenvalues", Path(plot))
+    print_written(out, plot)

@@ -10,7 +10,7 @@ import numpy as np
 from bgc.printing.tables import Table
 from bgc.runtime.cli.linear_options import PICTURES, channel_command, plot_option
 from bgc.runtime.cli.options import check_target
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.state_space import Linearisation, modes_of
 from bgc.runtime.linear.zeros import Factors, factors
 from bgc.runtime.results.arrays import Complex
@@ -35,6 +35,7 @@ def poles(linear: Linearisation, plot: str | None) -> None:
         from bgc.runtime.linear.pole_charts import plot_poles
 
         plot_poles(found.poles, found.zeros, title, Path(plot))
+    print_written(plot)
 
 
 def _tables(linear: Linearisation, found: Factors, title: str) -> list[Table]:

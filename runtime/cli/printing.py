@@ -12,6 +12,7 @@ from collections.abc import Iterable
 import click
 
 from bgc.printing.tables import Table, fitted, table_text
+from bgc.runtime.cli.app import printable
 
 _QUOTED = re.compile(r"`[^`]*`")
 _NO_BREAK = "\0"  # stands for a blank where a line does not end
@@ -36,6 +37,16 @@ def print_tables(tables: Iterable[Table]) -> None:
         else:
             _print_rich(table)
         first = False
+
+
+def print_written(*files: str | None) -> None:
+    """Name the files that a command has written; those of options that were not given are None.
+
+    The line goes to standard error where an option sends rows to standard output.
+    """
+    names = [file for file in files if file and file != "-"]
+    if names:
+        click.echo(printable(f"wrote {' and '.join(names)}"), err="-" in files)
 
 
 def print_sentence(text: str) -> None:

@@ -23,7 +23,7 @@ from bgc.runtime.cli.linear_options import (
     scene_options,
 )
 from bgc.runtime.cli.options import check_target, input_option, output_option
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.time_response import TimeResponse, impulse_response, step_response
 from bgc.runtime.running.quantity import read_quantity
 
@@ -78,6 +78,7 @@ def step(
 
         title = f"unit {'impulse' if impulse else 'step'} of {response.input}"
         plot_time_response(response, title, Path(plot))
+    print_written(out, plot)
 
 
 def _facts_table(response: TimeResponse, impulse: bool) -> Table:

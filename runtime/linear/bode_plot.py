@@ -36,6 +36,7 @@ def plot_bode(responses: Sequence[Response], path: Target = None) -> Figure:
         for axes in (upper, lower):
             axes.margins(x=0)
             axes.grid(True, which="minor", axis="x", alpha=0.15)
+        figure.align_ylabels()
         if several:
             upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, fontsize="small")
         else:

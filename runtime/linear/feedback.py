@@ -25,41 +25,28 @@ def with_gain(linear: Linearisation, gain: float) -> Linearisation:
 
 
 def close_loop(linear: Linearisation, gain: float = 1.0) -> Linearisation:
-    """Close `u = gain*(reference - y)` around a model with one input and one output.
+    """Close `u = gain*(reference - y)` around a model with as many inputs as outputs.
 
-    Parameters
-    ----------
-    linear
-        The open loop, `y = G(s) u`.
-    gain
-        In SI units of the input for one SI unit of the output.
-
-    Returns
-    -------
-    Linearisation
-        `y = gain*G/(1 + gain*G) reference`, with the states of the open loop; the reference has
-        the unit of the output.
-
-    Raises
-    ------
-    BgError
-        BG795 if the output answers the input at once by exactly -1/gain, so that no input solves
-        the loop.
+    `gain` is in SI units of the input for one SI unit of the output; the rest, and BG795, is as
+    in `bgc.control.close_loop`.
     """
-    direct = float(linear.D[0, 0])
-    around = 1.0 + gain * direct
-    if abs(around) <= 1e-14 * (1.0 + abs(gain * direct)):
+    loop = gain * linear.D
+    around = np.eye(len(loop)) + loop
+    weight = 1.0 + float(np.abs(loop).max())
+    if np.linalg.svd(around, compute_uv=False)[-1] <= 1e-14 * weight:
         raise BgError([no_loop(gain, linear.inputs[0], linear.outputs[0])])
-    inner = gain / around
-    units = {**linear.units, REFERENCE: linear.units[linear.outputs[0]]}
+    inner = gain * np.linalg.inv(around)  # u = inner*(reference - C x)
+    single = len(linear.outputs) == 1
+    names = tuple(REFERENCE if single else f"{REFERENCE} {name}" for name in linear.outputs)
+    units = [linear.units[name] for name in linear.outputs]
     closed = replace(
         linear,
-        A=linear.A - inner * linear.B @ linear.C,
-        B=inner * linear.B,
-        C=linear.C / around,
-        D=np.array([[inner * direct]]),
-        inputs=(REFERENCE,),
-        units=units,
+        A=linear.A - linear.B @ inner @ linear.C,
+        B=linear.B @ inner,
+        C=linear.C - linear.D @ inner @ linear.C,
+        D=linear.D @ inner,
+        inputs=names,
+        units={**linear.units, **dict(zip(names, units, strict=True))},
     )
     return _in_range(closed)
 

@@ -11,6 +11,7 @@ from typing import TextIO
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_range, no_response
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.landmarks import Landmark, landmarks
@@ -20,7 +21,8 @@ from bgc.runtime.results.files import written_whole
 from bgc.values.units import quotient_unit
 
 _POINTS_A_DECADE = 60
-_NEAR_A_MODE = 15  # points on either side of a resonance
+_NEAR_A_MODE = 15  # points on either side of a resonance, spaced logarithmically
+_ANGLES = np.deg2rad(np.arange(4.0, 88.0, 4.0))  # of the response, on either side of a resonance
 _MOST_DECADES = 12.0
 _ALMOST_ZERO = 1e-9  # of the largest eigenvalue
 _NEGLIGIBLE = 1e-9  # of the largest response: its last digits are rounding
@@ -29,7 +31,7 @@ _RESONANT = 0.7  # damping ratio below which a mode has a resonance
 HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Response:
     """`value[k] = G(i omega[k])`, omega in rad/s; `unit` is that of output per input.
 
@@ -43,6 +45,11 @@ class Response:
     omega: Array
     value: Complex
     landmarks: tuple[Landmark, ...] = ()
+
+    def __repr__(self) -> str:
+        ends = f"{self.omega[0]:g} to {self.omega[-1]:g} rad/s" if len(self.omega) else "none"
+        count = counted(len(self.omega), "point")
+        return f"<bgc response of {self.output} to {self.input}: {count}, {ends}>"
 
     @property
     def magnitude(self) -> Array:
@@ -132,7 +139,9 @@ def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Array:
         if centre > 0 and abs(mode.damping) < _RESONANT:
             width = max(abs(mode.eigenvalue.real), 1e-6 * centre)
             ends = max(1.0, math.log10(centre / width))
-            offsets = width * np.logspace(-1, ends - 0.5, _NEAR_A_MODE)
+            # Near a resonance the response is a circle; equal angles make it a smooth curve.
+            tail = np.logspace(-1, ends - 0.5, _NEAR_A_MODE)
+            offsets = width * np.append(np.tan(_ANGLES), tail)
             grids += [centre - offsets, centre + offsets]
     every = np.unique(np.concatenate(grids))
     return np.asarray(every[(every >= low) & (every <= high)], dtype=np.float64)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_time_response
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.feedback import close_loop
@@ -31,7 +32,7 @@ class Crossing:
     omega: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Locus:
     """Poles of the closed loop over positive gains, (k, n), each column one branch.
 
@@ -42,6 +43,13 @@ class Locus:
     gain: Array
     poles: Complex
     crossings: tuple[Crossing, ...]
+
+    def __repr__(self) -> str:
+        branches, gains = self.poles.shape[1], counted(len(self.gain), "gain")
+        at = ", ".join(f"{each.gain:.4g}" for each in self.crossings) or "none"
+        return (
+            f"<bgc root locus: {counted(branches, 'pole')} over {gains}; gains of crossings: {at}>"
+        )
 
 
 def root_locus(linear: Linearisation) -> Locus:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
+from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
@@ -24,7 +25,8 @@ _GUIDE = "#999999"
 def plot_nyquist(response: Response, path: Target = None) -> Figure:
     """Draw G(i omega) for positive and, dashed, for negative frequencies, with the point -1.
 
-    A curve that leaves to infinity, by a pole on the imaginary axis, is cut off.
+    `response` is that of an open loop, and `path` a .png, .svg or .pdf file to write. A curve that
+    leaves to infinity, by a pole on the imaginary axis, is cut off.
     """
     value = response.value
     with matplotlib.rc_context(STYLE):
@@ -32,14 +34,17 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
         axes = figure.subplots()
         angle = np.linspace(0, 2 * math.pi, 361)
         axes.plot(np.cos(angle), np.sin(angle), color=_GUIDE, linewidth=0.8, linestyle=":")
-        axes.plot(value.real, value.imag, color=COLOURS[0])
-        axes.plot(value.real, -value.imag, color=COLOURS[0], linestyle="--", linewidth=0.9)
+        axes.plot(value.real, value.imag, color=COLOURS[0], label="frequency above 0")
+        axes.plot(
+            value.real, -value.imag, color=COLOURS[0], linestyle="--", linewidth=0.9,
+            label="below 0",
+        )  # fmt: skip
         half = _half_width(value)
         _draw_arrow(axes, value, half)
-        axes.plot([-1], [0], marker="+", markersize=11, markeredgewidth=1.8, color=COLOURS[1])
-        for mark in response.landmarks:
-            if mark.kind in ("phase margin", "gain margin"):
-                axes.plot([mark.value.real], [mark.value.imag], "o", color=COLOURS[2], markersize=4)
+        _draw_critical(axes, -1.0)
+        for mark in _margins(response):
+            _draw_margin(axes, mark, mark.value.real, mark.value.imag)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize="small")
         centre = _centre(value, half)
         axes.set_xlim(centre.real - half, centre.real + half)
         axes.set_ylim(centre.imag - half, centre.imag + half)
@@ -84,7 +89,10 @@ def _draw_arrow(axes: Any, value: Complex, half: float) -> None:
 
 
 def plot_nichols(response: Response, path: Target = None) -> Figure:
-    """Draw the magnitude over the phase, on curves of equal magnitude of the closed loop."""
+    """Draw the magnitude over the phase, on curves of equal magnitude of the closed loop.
+
+    `response` is that of the open loop, and `path` a .png, .svg or .pdf file to write.
+    """
     phase, magnitude = response.phase, response.magnitude
     shown = np.isfinite(magnitude) & (magnitude > _LOWEST)
     low, high = _limits(phase[shown])
@@ -97,7 +105,11 @@ def plot_nichols(response: Response, path: Target = None) -> Figure:
         axes.plot(phase, magnitude, color=COLOURS[0])
         for turn in np.arange(math.ceil((low - 180) / 360), math.floor((high - 180) / 360) + 1):
             at = 180.0 + 360.0 * turn
-            axes.plot([at], [0], "+", markersize=11, markeredgewidth=1.8, color=COLOURS[1])
+            _draw_critical(axes, at)
+        for mark in _margins(response):
+            k = int(np.argmin(np.abs(response.omega - mark.omega)))  # the phase without jumps
+            _draw_margin(axes, mark, float(phase[k]), float(magnitude[k]))
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize="small")
         axes.set_xlim(low, high)
         axes.set_ylim(bottom, top)
         axes.xaxis.set_major_locator(MultipleLocator(45 if high - low <= 540 else 180))
@@ -108,6 +120,29 @@ def plot_nichols(response: Response, path: Target = None) -> Figure:
         if path is not None:
             write_figure(figure, path)
     return figure
+
+
+def _margins(response: Response) -> list[Landmark]:
+    """Return the landmarks that are margins: where the loop has magnitude 1 or phase -180 deg."""
+    return [mark for mark in response.landmarks if mark.kind in ("phase margin", "gain margin")]
+
+
+def _draw_margin(axes: Any, mark: Landmark, x: float, y: float) -> None:
+    """Draw a dot where a margin is taken, and write the margin beside it."""
+    axes.plot([x], [y], "o", color=COLOURS[2], markersize=4)
+    axes.annotate(
+        mark.meaning, (x, y), textcoords="offset points", xytext=(6, -9), fontsize=8,
+        color=COLOURS[2],
+    )  # fmt: skip
+
+
+def _draw_critical(axes: Any, x: float) -> None:
+    """Draw the critical point -1, which has the magnitude 0 dB and the phase -180 deg."""
+    marks = axes.get_legend_handles_labels()[1]
+    axes.plot(
+        [x], [0], "+", markersize=11, markeredgewidth=1.8, color=COLOURS[1],
+        label=None if "-1" in marks else "-1",
+    )  # fmt: skip
 
 
 def _limits(phase: Array) -> tuple[float, float]:

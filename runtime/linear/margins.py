@@ -7,17 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bgc.printing.tables import Table
 from bgc.runtime.linear.feedback import close_loop
 from bgc.runtime.linear.frequency import Response, frequency_response
 from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.linear.state_space import Linearisation
+from bgc.runtime.results.tabled import Tabled
 
 _DECADES = 12  # beyond the modes, in which a crossover is looked for
 _RIGHT = 1e-9  # of the largest eigenvalue: real parts below it are rounding
 
 
-@dataclass(frozen=True, slots=True)
-class Margins:
+@dataclass(frozen=True, slots=True, repr=False)
+class Margins(Tabled):
     """Margins of `L(i omega)`, an open loop, and the poles of the loops right of the axis.
 
     Attributes
@@ -47,6 +49,29 @@ class Margins:
     def encirclements(self) -> int:
         """Clockwise encirclements of -1 by the Nyquist curve: `closed_right - open_right`."""
         return self.closed_right - self.open_right
+
+    def tables(self) -> list[Table]:
+        """The one of `table`."""
+        return [self.table()]
+
+    def table(self) -> Table:
+        """The margins of the loop, and whether it is stable."""
+        rows: list[tuple[str, str, str]] = [
+            (mark.kind, f"{mark.amount:.5g} {unit}", f"{mark.omega:.6g}")
+            for marks, unit in ((self.gain, "dB"), (self.phase, "deg"))
+            for mark in marks
+        ]
+        if math.isfinite(self.delay):
+            rows.append(("delay margin", f"{self.delay:.5g} s", ""))
+        peak = 1 / self.modulus if self.modulus else math.inf
+        rows += [
+            ("least distance from -1", f"{self.modulus:.5g}", f"{self.modulus_omega:.6g}"),
+            ("largest sensitivity", f"{peak:.5g}", f"{self.modulus_omega:.6g}"),
+            ("unstable poles, open loop", str(self.open_right), ""),
+            ("unstable poles, closed loop", str(self.closed_right), ""),
+        ]
+        verdict = "unstable" if self.closed_right else "stable"
+        return Table(f"the closed loop is {verdict}", ("", "value", "at rad/s"), tuple(rows))
 
 
 def margins(linear: Linearisation, response: Response | None = None) -> Margins:

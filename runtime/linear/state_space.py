@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import singular_mass
 from bgc.diagnostics.catalogue.machine import package_missing
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.values.shown import Shown
@@ -76,6 +76,8 @@ class Linearisation:
         The operating point: values of the states, (n,), SI, and the time, s.
     shown
         The units as written of the states that are not shown in their SI unit.
+    warnings
+        Warnings of the compiler about the model with the values of this call.
     """
 
     A: Array
@@ -90,6 +92,7 @@ class Linearisation:
     point: Array
     time: float
     shown: Mapping[str, Shown] = field(default_factory=dict)
+    warnings: tuple[Diagnostic, ...] = ()
 
     def shown_in(self, name: str) -> Shown:
         """The unit in which a state is shown: as written, else its SI unit."""
@@ -101,7 +104,10 @@ class Linearisation:
         return np.array_equal(self.E, np.eye(len(self.E)))
 
     def channel(self, output: int, input_: int) -> Linearisation:
-        """Take one output and one input, by their places, and all states."""
+        """Take one output and one input, by their places from 0, and all states.
+
+        `output` and `input_` count in the order of `outputs` and `inputs`.
+        """
         return replace(
             self,
             B=self.B[:, [input_]],
@@ -124,8 +130,9 @@ class Linearisation:
     def to_ss(self, package: Literal["scipy", "control"] = "scipy") -> Any:
         """Return a state space of SciPy, or of python-control with the names of all signals.
 
-        `scipy.signal.StateSpace` or `control.StateSpace`; a mass matrix E that is not the identity
-        is divided out.
+        python-control keeps the dot for systems and their signals: `supply.e` is `supply_e` there.
+        `package` chooses `scipy.signal.StateSpace` or `control.StateSpace`; a mass matrix E that
+        is not the identity is divided out.
 
         Raises
         ------
@@ -145,7 +152,8 @@ class Linearisation:
             except ImportError as problem:
                 raise BgError([package_missing("control", "`to_ss`", "control")]) from problem
             names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
-            return control.ss(A, B, self.C, self.D, **{k: list(v) for k, v in names.items()})
+            undotted = {kind: _without_dots(some) for kind, some in names.items()}
+            return control.ss(A, B, self.C, self.D, **undotted)
         # Slow to load, and few linear models go there.
         from scipy.signal import StateSpace
 
@@ -187,7 +195,7 @@ class Linearisation:
         return f"<bgc linear form at {self.time:g} s: {size}>"
 
     def response(self, omega: Array) -> Complex:
-        """Compute the transfer matrix `C (i w E - A)^-1 B + D` at frequencies in rad/s, (k, p, m).
+        """Compute the transfer matrix `C (i w E - A)^-1 B + D`, (k, p, m), at `omega`, rad/s, (k,).
 
         NaN at a frequency that is exactly that of an undamped mode.
         """
@@ -315,3 +323,9 @@ def _mode(value: complex, shares: tuple[tuple[str, float], ...] = ()) -> Mode:
 
 def _by_frequency(modes: Sequence[Mode]) -> tuple[Mode, ...]:
     return tuple(sorted(modes, key=lambda mode: (mode.frequency, abs(mode.eigenvalue))))
+
+
+def _without_dots(names: Sequence[str]) -> list[str]:
+    """Write names with underscores in place of dots; those that become equal are numbered."""
+    found = [name.replace(".", "_") for name in names]
+    return [f"{name}_{k}" if found.count(name) > 1 else name for k, name in enumerate(found)]

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from bgc.printing.tables import Table, elided
-from bgc.runtime.linear.margins import Margins
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
@@ -65,26 +64,6 @@ def write_modes(modes: Sequence[Mode], path: Path) -> None:
             value, parts = mode.eigenvalue, (shares.get(name, 0.0) for name in states)
             figures = (value.real, value.imag, mode.period, mode.natural_period, mode.damping)
             writer.writerow(map(repr, (*figures, *parts)))
-
-
-def margin_table(margins: Margins) -> Table:
-    """Tabulate the margins of a loop, and whether it is stable."""
-    rows: list[tuple[str, str, str]] = [
-        (mark.kind, f"{mark.amount:.5g} {unit}", f"{mark.omega:.6g}")
-        for marks, unit in ((margins.gain, "dB"), (margins.phase, "deg"))
-        for mark in marks
-    ]
-    if math.isfinite(margins.delay):
-        rows.append(("delay margin", f"{margins.delay:.5g} s", ""))
-    peak = 1 / margins.modulus if margins.modulus else math.inf
-    rows += [
-        ("least distance from -1", f"{margins.modulus:.5g}", f"{margins.modulus_omega:.6g}"),
-        ("largest sensitivity", f"{peak:.5g}", f"{margins.modulus_omega:.6g}"),
-        ("unstable poles, open loop", str(margins.open_right), ""),
-        ("unstable poles, closed loop", str(margins.closed_right), ""),
-    ]
-    verdict = "unstable" if margins.closed_right else "stable"
-    return Table(f"the closed loop is {verdict}", ("", "value", "at rad/s"), tuple(rows))
 
 
 def _mode_row(mode: Mode, zero: float) -> tuple[str, ...]:

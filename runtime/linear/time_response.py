@@ -10,6 +10,7 @@ from typing import TextIO
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_time_response, out_of_range
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
@@ -42,7 +43,7 @@ class StepFacts:
     peak_time: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class TimeResponse:
     """The outputs after a unit step or a unit impulse of one input, (k, p), SI units.
 
@@ -65,8 +66,15 @@ class TimeResponse:
     units: tuple[str, ...]
     steady: Array
 
+    def __repr__(self) -> str:
+        rows = f"{counted(len(self.time), 'row')} to {self.time[-1]:g} s"
+        return f"<bgc response of {', '.join(self.outputs)} to {self.input}: {rows}>"
+
     def facts(self, output: int = 0) -> StepFacts | None:
-        """Compute rise time, settling time and overshoot; None without a steady value."""
+        """Compute rise time, settling time and overshoot; None without a steady value.
+
+        `output` is the place of an output, from 0.
+        """
         last = float(self.steady[output])
         change = last - float(self.value[0, output])
         if not math.isfinite(last) or change == 0:

@@ -183,10 +183,10 @@ def test_the_integral_does_not_wind_up(load):
 @pytest.mark.parametrize(
     ("scene", "name", "value", "code"),
     [
-        ("filters", "limited.upper", -1, "BG705.*lower limit"),
+        ("filters", "limited.upper", -1, "BG705.*limit `lower` is above"),
         ("filters", "slewed.falling", -1, "BG705.*positive"),
         ("filters", "low.T", 0, "BG061"),
-        ("loop", "limit", -1, "BG705.*lower limit"),
+        ("loop", "limit", -1, "BG705.*limit `lower` is above"),
         ("digital", "pid.period", 0, "BG061"),
     ],
 )

@@ -212,6 +212,28 @@ def test_a_locus_crosses_at_rest_too():
     assert (crossing.gain, crossing.omega) == (pytest.approx(1), 0)
 
 
+# --- the Python interface ---------------------------------------------------------------------
+
+
+def test_gains_and_times_are_quantities_and_other_loops_are_refused():
+    one = rational([1], [1, 1])
+    closed = control.close_loop(one, "2000 mV/m")
+    assert closed.A[0, 0] == pytest.approx(-3)
+    assert pytest.approx(2 * one.B) == control.with_gain(one, "2 V/m").B
+    assert control.step_response(one, "20 ms").time[-1] == pytest.approx(0.02)
+    assert control.frequency_response(one, "1 rad/s", 10).omega[[0, -1]] == pytest.approx([1, 10])
+    several = model([[-1]], [[1]], [[1], [2]], [[0], [0]])
+    for function in (control.margins, control.factors, control.root_locus, control.close_loop):
+        with pytest.raises(BgError, match=r"BG660.*2: `y0`, `y1`"):
+            function(several)
+    assert control.step_response(several).value.shape[1] == 2
+    blind = model([[-1]], np.zeros((1, 0)), [[1]], np.zeros((1, 0)))
+    with pytest.raises(BgError, match="BG660: one input is needed, and the linear model has none"):
+        control.step_response(blind)
+    with pytest.raises(BgError, match="BG063"):
+        control.with_gain(one, "3 kg")
+
+
 # --- charts -----------------------------------------------------------------------------------
 
 
@@ -221,9 +243,12 @@ def test_charts_show_the_critical_point_and_the_curve(loop, tmp_path):
     axes = control.plot_nyquist(response, tmp_path / "curve.png").axes[0]
     left, right = axes.get_xlim()
     assert left < -1 < right and axes.get_ylim()[0] < 0 < axes.get_ylim()[1]
+    margins = [m.meaning for m in response.landmarks if "margin" in m.kind]
+    assert margins and [text.get_text() for text in axes.texts if text.get_text()] == margins
     axes = control.plot_nichols(response, tmp_path / "chart.svg").axes[0]
     left, right = axes.get_xlim()
     assert left < -180 < right
+    assert set(margins) <= {text.get_text() for text in axes.texts}
     poles = control.factors(loop)
     for axes in (
         control.plot_poles(poles.poles, poles.zeros, "map").axes[0],
@@ -232,5 +257,24 @@ def test_charts_show_the_critical_point_and_the_curve(loop, tmp_path):
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         for place in (*poles.poles, *poles.zeros):
             assert left < place.real < right and low < place.imag < high
-    control.plot_time_response(control.step_response(loop), "step", tmp_path / "step.pdf")
+    curve = control.step_response(loop)
+    axes = control.plot_time_response(curve, "step", tmp_path / "step.pdf").axes[0]
+    assert (axes.get_legend() is not None) == np.isfinite(curve.steady[0])
     assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg", ".pdf"}
+
+
+@pytest.mark.parametrize("damping", [1e-4, 0.01, 0.1, 0.5])
+def test_the_circle_of_a_resonance_is_a_smooth_curve(damping):
+    value = control.frequency_response(rational([1], [1, 2 * damping, 1])).value
+    steps = np.diff(value[np.abs(value) > 0.02 * np.abs(value).max()])
+    turns = np.abs(np.angle(steps[1:] / steps[:-1]))
+    assert np.rad2deg(turns.max()) < 12
+
+
+def test_rays_of_equal_damping_have_labels_apart_from_each_other():
+    poles = np.array([-1 + 10j, -1 - 10j])
+    for some in (poles, 1j * poles, poles / 1e6):
+        axes = control.plot_poles(some, np.empty(0, complex), "map").axes[0]
+        places = axes.transData.transform([text.xy for text in axes.texts])
+        assert 3 <= len(places) <= 6
+        assert (np.abs(np.diff(places, axis=0)).max(axis=1) > 12).all()  # pixels at 100 dpi

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,5 +115,11 @@ def test_a_square_plant_in_a_closed_loop():
         alone = linear.to_ss("control")
         zeros = peer.zeros(alone)  # infinite ones are NaN or 1e19 there
         near(control.transmission_zeros(linear), zeros[np.abs(zeros) < 1e9], 1e-5)
-        other = peer.feedback(alone, np.eye(2))
-        near(control.close_loop(linear).eigenvalues(), peer.poles(other))
+        linear = replace(linear, D=np.array([[0.3, 0.1], [-0.2, 0.5]]))
+        other = peer.feedback(1.5 * linear.to_ss("control"), np.eye(2))
+        closed = control.close_loop(linear, 1.5)
+        near(closed.eigenvalues(), peer.poles(other))
+        assert closed.inputs == tuple(f"reference {name}" for name in linear.outputs)
+        omega = np.geomspace(0.05, 50, 5)
+        wanted = np.moveaxis(other(1j * omega), 2, 0)
+        np.testing.assert_allclose(closed.response(omega), wanted, rtol=1e-6, atol=1e-9)

@@ -111,6 +111,27 @@ def no_response(input_: str, output: str) -> Diagnostic:
     )
 
 
+def several_channels(kind: str, names: Sequence[str]) -> Diagnostic:
+    """BG660: a linear model with several inputs or outputs, or none
+
+    What: a function of `bgc.runtime.control` that follows one signal to another was given a linear
+    model with another number of inputs or outputs.
+    Why: margins, loci and gains belong to one loop.
+    Example: `control.margins(model.linearise())` of a scene that observes three quantities.
+    Way out: name both, `model.linearise(["supply.e"], ["angle"])`, or take one pair of a larger
+    model by their places, `linear.channel(0, 2)`.
+    """
+    listed = ", ".join(f"`{name}`" for name in names[:6])
+    some = f"{listed}{' and more' if len(names) > 6 else ''}" if names else "none"
+    return error(
+        "BG660",
+        f"one {kind} is needed, and the linear model has {len(names)}: {some}" if names
+        else f"one {kind} is needed, and the linear model has none",
+        help="name it in `model.linearise([input], [output])`"
+        + (", or take one by `linear.channel(output, input)`" if names else ""),
+    )  # fmt: skip
+
+
 def no_range(low: float, high: float) -> Diagnostic:
     """BG085: an invalid range of frequencies
 

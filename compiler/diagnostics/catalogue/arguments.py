@@ -270,18 +270,21 @@ def no_duration(scene: str) -> Diagnostic:
 def too_many_rows(rows: int, columns: int) -> Diagnostic:
     """BG068: more rows than fit in memory
 
-    What: the rows of this run would take more than half of the machine's memory.
+    What: the rows of this run would take more than half of the machine's memory, or, where they go
+    to a file, more than the whole disk.
 
     Why: the run is long and writes a row at each small step.
 
     Example: a day at 1 ms: 86 million rows.
 
-    Way out: write fewer rows: `run 1 h every 1 s;`, or `--every 1`.
+    Way out: write fewer rows: `run 1 h every 1 s;`, or `--every 1`. Or write them to a file, which
+    does not hold them in memory: `--out FILE.npz`, `model.simulate(out="FILE.npz")`.
     """
-    size = rows * columns * 8 / 2**30
+    size = rows * columns * 8 / 2**20
+    amount = f"{size / 1024:.1f} GiB" if size > 100 else f"{size:.1f} MiB"
     return error(
         "BG068",
-        f"{rows:,} rows of {columns} columns would take {size:.1f} GiB",
+        f"{rows:,} rows of {columns} columns would take {amount}",
         help="write fewer rows: `run .. every ..;` in the scene, or `--every`",
     )
 

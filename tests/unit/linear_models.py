@@ -1,0 +1,84 @@
+"""Models whose linear form is known, for the tests of linear models and their responses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bgc.diagnostics.diagnostic import BgError
+from bgc.options import Options
+from bgc.runtime.linear.state_space import Linearisation
+from bgc.runtime.linearising.operating import OpenedModel
+
+MODELS = Path(__file__).parents[1] / "models"
+
+# Two masses between walls: f1 on the first, springs k1 k12 k2, damper d between them.
+TWO_MASSES = """
+model TwoMasses {
+  param m1 = 2 kg;
+  param m2 = 3 kg;
+  param k1 = 50 N/m;
+  param k12 = 20 N/m;
+  param k2 = 70 N/m;
+  param d = 0.3 N*s/m;
+  param F = 4 N;
+
+  push : Se(e = F);
+  left : J1;    right : J1;
+  body1 : I(m1); body2 : I(m2);
+  wall1 : C(stiffness = k1); wall2 : C(stiffness = k2);
+  between : J0; gap : J1;
+  spring : C(stiffness = k12); damper : R(d);
+
+  push -> left -> body1, wall1;
+  right -> body2, wall2;
+  left -> between -> right;
+  between -> gap -> spring, damper;
+}
+scene s of TwoMasses {
+  observe right.f as v2, spring.q as stretch;
+  run 1 s;
+}
+"""
+M1, M2, K1, K12, K2, D = 2.0, 3.0, 50.0, 20.0, 70.0, 0.3
+
+# States in the order of the elements: p1, p2, q1, q2, q12.
+EXACT_A = np.array(
+    [
+        [-D / M1, D / M2, -K1, 0, -K12],
+        [D / M1, -D / M2, 0, -K2, K12],
+        [1 / M1, 0, 0, 0, 0],
+        [0, 1 / M2, 0, 0, 0],
+        [1 / M1, -1 / M2, 0, 0, 0],
+    ]
+)
+
+
+def opened(tmp_path: Path, text: str, inputs=(), outputs=()) -> OpenedModel:
+    path = tmp_path / "model.bg"
+    path.write_text(text)
+    return OpenedModel(path, Options(), inputs, outputs)
+
+
+def linear(tmp_path: Path, text: str, inputs=(), outputs=(), at=None) -> Linearisation:
+    model = opened(tmp_path, text, inputs, outputs)
+    return model.linearise(model.operating_point(at))
+
+
+def state_space(A, E=None, output=0) -> Linearisation:
+    """A model of states x0, x1, .. of which `output` is observed, and u drives x0."""
+    n = len(A)
+    names, every = tuple(f"x{k}" for k in range(n)), np.eye(n)
+    return Linearisation(
+        np.array(A, dtype=float), every[:, :1], every[output : output + 1], np.zeros((1, 1)),
+        every if E is None else np.array(E, dtype=float), states=names, inputs=("u",),
+        outputs=(names[output],), units=dict.fromkeys((*names, "u"), ""),
+        point=np.zeros(n), time=0.0,
+    )  # fmt: skip
+
+
+def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
+    (diagnostic,) = error.value.diagnostics
+    return diagnostic.code
