@@ -396,12 +396,12 @@ class Realtime:
         return dict(zip(self.columns, row.tolist(), strict=True))
 
     def last_force(self, index: int) -> list[float]:
-        """The values written to a device in the last sample, 7 numbers; zero before the first."""
+        """The values written to device `index` in the last sample, 7 numbers; zero before it."""
         latest = self._kept.latest
         return [0.0] * 7 if latest is None else forces_of(latest, index)[-1].tolist()
 
     def pause(self, seconds: float) -> None:
-        """Wait for a time, or for the end of the loop."""
+        """Wait for `seconds`, or for the end of the loop."""
         self._ended.wait(seconds)
 
     @property

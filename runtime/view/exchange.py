@@ -46,7 +46,7 @@ class Exchange:
 
     def graph(self, done: Callable[[Answer], None]) -> None:
         """Compile the present scene with meters; `done` is called in another thread."""
-        self._ask("graph", replace(self._options, shapes=False), done)
+        self._ask("graph", self._options, done)
 
     def model(self, slot: str, part: str, done: Callable[[Answer, Options], None]) -> None:
         """Compile the scene with another part in a slot; `done` gets its options too."""

@@ -16,7 +16,7 @@ from typing import Any, Final
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.driver import compile_scene
+from bgc.driver import Stages, compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, Observation, Slot
@@ -35,9 +35,16 @@ _INCH: Final = 72.0  # points
 
 def graph_of_scene(path: Path, options: Options) -> GraphOfScene:
     """Compile a scene with meters at all bonds, and describe its graph; BgError where it fails."""
-    stages = compile_scene(path, replace(options, preview=True), prepare=with_meters)
+    stages, description = metered_stages(path, options)
     slots = _slots(variants_of(stages.package, stages.graph), stages.graph.slots)
-    return GraphOfScene({**describe_graph(stages.causal), "slots": slots}, stages.built)
+    return GraphOfScene({**description, "slots": slots}, stages.built)
+
+
+def metered_stages(path: Path, options: Options) -> tuple[Stages, Description]:
+    """Compile a scene with meters at all bonds; return its stages and the description."""
+    options = replace(options, preview=True, shapes=False)
+    stages = compile_scene(path, options, prepare=with_meters)
+    return stages, describe_graph(stages.causal)
 
 
 def with_meters(graph: FlatGraph) -> FlatGraph:

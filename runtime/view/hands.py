@@ -55,7 +55,7 @@ class Hands:
         return sorted(self._held)
 
     def forget(self) -> None:
-        """Forget what the page holds: the devices have been opened anew."""
+        """Forget what the page holds: the devices have been opened again."""
         self._held.clear()
 
     def feed(self, instance: Instance, name: str, pose: Mapping[str, Any]) -> None:

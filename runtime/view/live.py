@@ -98,6 +98,15 @@ class LiveRun:
         state = instance.state_at(self.time)
         return (state if np.isfinite(state).all() else instance.state), instance.input
 
+    @property
+    def varied(self) -> dict[str, float]:
+        """The present values, SI, of the parameters that a start at rest has found."""
+        rest = self.method.rest_of(self.model.facts)
+        if rest is None:
+            return {}
+        index = {name: k for k, name in enumerate(self.model.parameters)}
+        return {name: self._running().parameter(index[name]) for name in rest.vary}
+
     def hand(self, device: str, pose: Mapping[str, Any]) -> None:
         """Hand a pose of the page to a device: it holds from the next sample.
 

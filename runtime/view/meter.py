@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -60,6 +60,29 @@ class Meter:
         ]
         self._instance: Instance | None = None
         self._given: dict[str, float] = {}
+
+    @property
+    def source(self) -> str:
+        """The hash of the source from which its model was compiled."""
+        return text(self._model.library.model.hash)
+
+    @property
+    def places(self) -> dict[str, list[Any]]:
+        """The places in its model of what another host than this class has to give and to read.
+
+        `states` has for each of its states that of the live model, or -1; `inputs` has pairs of
+        its own and the live one; `columns` are efforts and flows in its rows.
+        """
+        return {
+            "states": self._states.tolist(),
+            "inputs": [list(pair) for pair in self._inputs],
+            "columns": list(self._columns),
+        }
+
+    @property
+    def parameters(self) -> list[str]:
+        """The names of its parameters, in order."""
+        return list(self._model.parameters)
 
     def read(self, state: Array, inputs: Array, time: float, given: Mapping[str, float]) -> Array:
         """Read e1, f1, e2, f2 .. at a state of the live run; NaN where that fails."""

@@ -22,7 +22,7 @@ from bgc.runtime.view.description import Description, describe_model, meshes_of
 from bgc.runtime.view.history import as_rows
 from bgc.runtime.view.recording import Recording
 
-_ROWS = 49  # of a cycle, of which the last row is the first one
+_ROWS = 49  # of a cycle, the first row again at its end
 _CYCLE = 2.0  # s in which a cycle is shown
 _APART = 1.0  # s between the rows of two modes
 _SIZE = 0.08  # displacement of the point that moves most, of the size of the scene

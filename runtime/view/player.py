@@ -11,10 +11,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.view import aside_failed
+from bgc.diagnostics.catalogue.view import aside_failed, file_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.render import render
+from bgc.diagnostics.render import excerpt
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import text
 from bgc.runtime.view.aside import Answer
 from bgc.runtime.view.exchange import Exchange, carried
 from bgc.runtime.view.history import Rows, as_rows
@@ -163,8 +164,8 @@ class Player:
         except Exception as problem:
             self.playing = False
             text = f"this is a bug in bgc: {type(problem).__name__}: {problem}"
-            message = {"code": "", "text": text, "help": ""}
-            fault = {"time": self._run.time, "stopped": True, "messages": [message], "full": text}
+            message = {"code": "", "text": text, "help": "", "excerpt": ""}
+            fault = {"time": self._run.time, "stopped": True, "messages": [message]}
             self._publish("fault", fault)
 
     def _on_play(self, command: Mapping[str, Any]) -> None:
@@ -212,6 +213,11 @@ class Player:
         if self._ready:
             self._steer(lambda: self._run.hand(command["device"], command))
 
+    def _on_let_go(self, command: Mapping[str, Any]) -> None:
+        """Centre the hand of a page that has gone while it held a device."""
+        if self._ready and command["device"] in self._run.hands.held:
+            self._on_hand({**command, "position": [0.0, 0.0, 0.0]})
+
     def _on_leave(self, command: Mapping[str, Any]) -> None:
         if self._ready:
             self._steer(lambda: self._run.leave(command["device"]))
@@ -255,13 +261,18 @@ class Player:
 
     def _on_built_graph(self, command: Mapping[str, Any]) -> None:
         answer: Answer = command["answer"]
-        if self._built(answer):
-            self._meter = Meter(answer.result.built, self._run.model)
-            self._graph = {**answer.result.description, "absent": self._meter.absent}
+        if not self._built(answer):
+            return
+        meter = Meter(answer.result.built, self._run.model)
+        if meter.source == text(self._run.model.library.model.hash):
+            self._meter = meter
+            self._graph = {**answer.result.description, "absent": meter.absent}
             self._publish("graph", self._graph)
+        else:
+            self._fail([file_changed()], stopped=False)
 
     def _on_built_model(self, command: Mapping[str, Any]) -> None:
-        """Exchange the model: its run starts anew, and plays if the one before did."""
+        """Exchange the model: its run starts again, and plays if the one before did."""
         answer: Answer = command["answer"]
         if not self._built(answer):
             return
@@ -290,7 +301,8 @@ class Player:
         if now - self._metered < METERING:
             return
         self._metered = now
-        values = self._meter.read(*self._run.snapshot(), self._run.time, self._run.given)
+        given = {**self._run.given, **self._run.varied}
+        values = self._meter.read(*self._run.snapshot(), self._run.time, given)
         self._publish("powers", (self.epoch, as_rows(np.array([self._run.time]), values[None])))
 
     def _advance(self, step: float | None = None) -> None:
@@ -328,14 +340,14 @@ class Player:
 def described_fault(
     diagnostics: Sequence[Diagnostic], time: float, stopped: bool
 ) -> dict[str, Any]:
-    """Describe a failure for the page: its messages, and the text that a terminal would show."""
+    """Describe a failure for the page: its messages, each with the lines at fault."""
     return {
         "time": time,
         "stopped": stopped,
         "messages": [
-            {"code": d.code, "text": d.message, "help": d.help or ""} for d in diagnostics
+            {"code": d.code, "text": d.message, "help": d.help or "", "excerpt": excerpt(d)}
+            for d in diagnostics
         ],
-        "full": render(tuple(diagnostics), colour=False),
     }
 
 

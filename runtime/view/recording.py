@@ -42,7 +42,7 @@ def recorded(result: Result, name: str, folder: Path) -> Recording:
 
 
 def read_recording(path: Path) -> Recording:
-    """Read a recorded run; BG009 for a file that is none."""
+    """Read a recorded run; BG009 for a file that is not one."""
     if not path.is_file():
         raise BgError([file_missing(str(path))])
     try:

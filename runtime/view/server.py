@@ -94,6 +94,7 @@ class Server:
         self._fault: dict[str, Any] | None = None
         self._epoch = 0
         self._clients: set[Client] = set()
+        self._holders: dict[str, Client] = {}  # of devices: the page that steered each last
         self._loop: asyncio.AbstractEventLoop | None = None
 
     @property
@@ -190,13 +191,23 @@ class Server:
                     continue
                 if command["type"] == "watch":
                     self._watch(client, command["value"])
-                else:
-                    self._player.command(command)
+                    continue
+                if command["type"] == "hand":
+                    self._holders[command["device"]] = client
+                self._player.command(command)
         finally:
             self._clients.discard(client)
             self._watch(client, False)
+            self._let_go(client)
             writer.cancel()
         return socket
+
+    def _let_go(self, client: Client) -> None:
+        """Centre the devices that a page held when it went: nobody is there to do so."""
+        for device in [name for name, holder in self._holders.items() if holder is client]:
+            del self._holders[device]
+            if self._player is not None:
+                self._player.command({"type": "let_go", "device": device})
 
     def _watch(self, client: Client, wanted: bool) -> None:
         """Read the meters of the bonds as long as a client watches them."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +12,6 @@ from bgc.building.built import Places
 from bgc.diagnostics.catalogue.arguments import device_not_opened
 from bgc.diagnostics.catalogue.live_pages import solver_not_in_page
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.devices import Choices, DeviceChoice
 from bgc.runtime.running.loaded import LoadedModel
@@ -25,7 +22,7 @@ from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.page import data_url
 from bgc.runtime.view.player import usual_speed
 from bgc.runtime.web.faults import fault_messages
-from bgc.runtime.web.module import DRIVERS
+from bgc.runtime.web.module import DRIVERS, packed
 
 Content = dict[str, Any]
 
@@ -46,7 +43,7 @@ def run_settings(model: LoadedModel) -> tuple[Content, tuple[Diagnostic, ...]]:
     if model.facts.duration:
         method = method.with_capped_step(times_of(model, method), model.facts.timed)
     drivers = _drivers(model)
-    start = _start(model, method, drivers)  # refuses files that are no recorded motion
+    start = _start(model, method, drivers)  # refuses files that are not a recorded motion
     instance = model.parameters.instance({})
     settings = {
         "method": method.name,
@@ -74,7 +71,7 @@ def page_content(
         **settings,
         "description": description,
         "meshes": [data_url(path) for path in meshes_of(description, model.folder)],
-        "module": base64.b64encode(gzip.compress(module, 9, mtime=0)).decode(),
+        "module": packed(module),
         "faults": fault_messages(model, places),
     }
 
@@ -146,11 +143,10 @@ def _start(model: LoadedModel, method: Method, drivers: list[dict[str, str]]) ->
         settled = method.settle > 0 or dict(model.facts.solver_options).get("settle", 0.0) > 0
         if rest is None and not settled:
             return None
-        state: Array = instance.state
         names = list(model.parameters)
         varied = [names.index(name) for name in (rest.vary if rest is not None else ())]
         return {
-            "state": state.tolist(),
+            "state": instance.start_values().tolist(),
             "varied": varied,
             "values": [instance.parameter(k) for k in varied],
         }

@@ -17,6 +17,7 @@ from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.view.page import bundle, page
 from bgc.runtime.web.content import page_content, run_settings
+from bgc.runtime.web.graph import graph_content
 from bgc.runtime.web.module import emitted_module, require_zig
 
 # The page itself refuses requests. Its model runs in a worker that it makes of its own text.
@@ -74,7 +75,10 @@ def live_page(file: Path, options: Options, height: int = 520) -> LivePage:
 
 
 def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
-    """Make the page of a model that was compiled with shapes, with its present parameters."""
+    """Make the page of a model that was compiled with shapes, with its present parameters.
+
+    It has the bond graph of a model with bonds.
+    """
     require_zig()
     script = bundle()
     assert model.origin is not None, "a model with a source"
@@ -87,6 +91,10 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     seconds["WebAssembly"] = perf_counter() - begin
     name = model.origin[0].name
     content = page_content(model, stages.built.places, name, settings, module)
+    if stages.graph.bonds:
+        begin = perf_counter()
+        content["graph"] = graph_content(model)
+        seconds["graph"] = perf_counter() - begin
     data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     document = page(model.facts.scene, script, data, kind="model", policy=_POLICY)
     return LivePage(model.facts.scene, document, (*model.warnings, *notices), height, seconds)

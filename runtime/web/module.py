@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,6 +19,9 @@ from bgc.emission.emit import EmittedModel, emit_lowered
 
 DRIVERS: Final = ("pointer", "spring_hand", "trace")
 """The drivers of a module: a page has neither sockets nor libraries of devices."""
+
+RUN: Final = "web.c"
+METER: Final = "meter.c"
 
 # The page gives texts of files to `trace` itself.
 _HEAD = """\
@@ -39,8 +44,11 @@ def require_zig() -> None:
         raise BgError([page_needs_zig()])
 
 
-def module_source(emitted: EmittedModel, runtime_dir: Path) -> str:
-    """Print the C11 file of a module; equal input gives equal bytes."""
+def module_source(emitted: EmittedModel, runtime_dir: Path, exports: str = RUN) -> str:
+    """Print the C11 file of a module; equal input gives equal bytes.
+
+    `exports` is the file of the functions that it exports, `RUN` or `METER`.
+    """
     own = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
     parts = {part for unit in own for part in unit.parts}
     sources = needed_sources(runtime_dir, parts)
@@ -51,7 +59,7 @@ def module_source(emitted: EmittedModel, runtime_dir: Path) -> str:
     }
     texts = [(f"{unit.name}.c", unit.text) for unit in own]
     texts += [(f"{name}.c", path.read_text("utf-8")) for name, path in kept.items()]
-    texts.append(("web.c", (runtime_dir / "web" / "web.c").read_text("utf-8")))
+    texts.append((exports, (runtime_dir / "web" / exports).read_text("utf-8")))
     listed = [name for name in DRIVERS if f"drivers/{name}" in kept]
     drivers = " ".join(f"DRIVER(bgc_{name}_driver)" for name in listed)
     return _HEAD.format(name=emitted.name, drivers=drivers) + joined(texts, runtime_dir)
@@ -81,6 +89,11 @@ def build_module(source: str, cache: Cache) -> bytes:
     return content
 
 
-def emitted_module(emitted: EmittedModel, cache: Cache) -> bytes:
-    """Compile an emitted model to a module."""
-    return build_module(module_source(emitted, runtime_directory()), cache)
+def packed(module: bytes) -> str:
+    """A module as text for JSON: base64 of gzip."""
+    return base64.b64encode(gzip.compress(module, 9, mtime=0)).decode()
+
+
+def emitted_module(emitted: EmittedModel, cache: Cache, exports: str = RUN) -> bytes:
+    """Compile an emitted model to a module with the functions of a file, `RUN` or `METER`."""
+    return build_module(module_source(emitted, runtime_directory(), exports), cache)

@@ -90,7 +90,7 @@ def test_a_force_is_sent_and_the_state_that_answers_it_is_read(serve: Any, fault
     [
         ("unplugged", "no such device any more"),
         ("closed", "closed the connection"),
-        ("torn", "none of its own"),
+        ("torn", "not one of its own"),
         ("not_json", "no position"),
     ],
 )
@@ -114,7 +114,7 @@ def test_a_service_that_stands_still_gives_no_news(serve: Any) -> None:
 @pytest.mark.parametrize(
     ("devices", "options", "words"),
     [
-        ((), {"fault": "no_websocket"}, "no Inverse Service"),
+        ((), {"fault": "no_websocket"}, "not an Inverse Service"),
         (("04C3",), {"id": "0009"}, "no device with the id 0009"),
         (("",), {}, "gave its device no id"),
     ],
@@ -134,7 +134,7 @@ def test_no_service_and_no_device(runtime: Any) -> None:
     assert "`port` must be" in Device(runtime, "haply", port=0).message
     with socket.create_server(("127.0.0.1", 0)) as mute:  # accepts, and says nothing
         silent = Device(runtime, "haply", port=mute.getsockname()[1], wait=0.02)
-        assert not silent.handle and "no Inverse Service" in silent.message
+        assert not silent.handle and "not an Inverse Service" in silent.message
     empty = InverseService(devices=())
     none = Device(runtime, "haply", port=empty.port)
     assert not none.handle and "no Inverse3" in none.message

@@ -222,6 +222,7 @@ def test_the_recipe_and_the_citation_agree_with_the_project():
     ]
     assert f"python {project['requires-python']}" in required
     assert f'version: "{project["version"]}"' in recipe
+    assert "\n  noarch: python " in recipe  # entry points belong to such packages alone
     citation = (ROOT / ".packaging/CITATION.cff").read_text("utf-8")
     assert f"\nversion: {project['version']}\n" in citation
     changes = (ROOT / ".packaging/CHANGELOG.md").read_text("utf-8")

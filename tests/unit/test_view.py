@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -150,6 +151,18 @@ def test_a_value_that_the_state_contradicts_is_taken_back(tmp_path):
     run.close()
 
 
+def test_a_live_run_knows_what_its_start_has_found(tmp_path):
+    (tmp_path / "v.bg").write_text(
+        """model V { param volts = 10 V; state x : V = 4 V; der(x) = (volts - x)/(1 s); }
+        scene v of V { observe x; start rest hold x vary volts; run 1 s; }""",
+        "utf-8",
+    )
+    rested = LiveRun(found := bgc.compile(tmp_path / "v.bg"), method_of(found)[0], {})
+    rested.reset()
+    assert rested.varied == {"volts": pytest.approx(4)} and rested.given == {}
+    rested.close()
+
+
 def test_an_interrupted_run_continues_behind_its_last_good_state(model):
     fixed = LiveRun(model, method_of(model, "rk4", {"step": 1e-5})[0], {})
     fixed.reset()
@@ -232,12 +245,9 @@ def test_a_failed_step_stops_the_player_with_its_reason(played):
     player.command({"type": "play"})
     seen.wait(lambda s: any(kind == "fault" for kind, _ in s.events))
     (fault,) = (content for kind, content in seen.events if kind == "fault")
-    assert fault["messages"][0] | {"help": ""} == {
-        "code": "BG705",
-        "text": fault["messages"][0]["text"],
-        "help": "",
-    }
-    assert "too fast" in fault["messages"][0]["text"] and fault["stopped"]
+    (message,) = fault["messages"]
+    assert message["code"] == "BG705" and "too fast" in message["text"] and fault["stopped"]
+    assert '| assert abs(rate) < limit, "too fast";' in re.sub(" +", " ", message["excerpt"])
     assert not player.playing and len(seen.rows()) > 2
 
 
@@ -476,6 +486,23 @@ def test_a_replay_is_one_file_with_all_rows(file, tmp_path, monkeypatch):
     np.testing.assert_allclose(columns[0], np.linspace(0, 3, 31), rtol=1e-6)
     refused = CliRunner().invoke(application, ["view", str(file), "--export", "swing.pdf"])
     assert refused.exit_code == 1 and "BG070" in refused.output
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX limits")
+def test_a_full_disk_keeps_the_earlier_replay(file, tmp_path, monkeypatch):
+    import resource
+
+    monkeypatch.setattr("bgc.runtime.cli.view.bundle", lambda: "x" * 100_000)
+    target = tmp_path / "swing.html"
+    target.write_text("earlier")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
+    try:
+        done = CliRunner().invoke(application, ["view", str(file), "--export", str(target)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert done.exit_code == 1 and "BG055" in done.output, done.output
+    assert target.read_text() == "earlier" and list(tmp_path.iterdir()) == [target]
 
 
 def test_what_is_missing_is_named(file, monkeypatch):

@@ -1,18 +1,23 @@
 """The bond graph of the page, its meters, and parts exchanged beside a run; without a browser."""
 
+import asyncio
 import itertools
+import json
 import threading
 import time
 from pathlib import Path
 
+import aiohttp
 import numpy as np
 import pytest
+from view_server import address, home, serving
 
 import bgc
 from bgc.diagnostics.catalogue.machine import dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.options import Options
+from bgc.runtime.running.compiling import load_or_compile
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view import graph as graphs
@@ -24,6 +29,7 @@ from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.meter import Meter
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import read_command
+from bgc.runtime.view.server import Server
 
 MODEL = """
 interface Load { port p in; }
@@ -160,6 +166,11 @@ class Seen:
 
 
 @pytest.fixture
+def script(monkeypatch):
+    monkeypatch.setattr("bgc.runtime.view.server.bundle", lambda: "")
+
+
+@pytest.fixture
 def played(model, file):
     def prepare(other: LoadedModel) -> Prepared:
         run = LiveRun(other, method_of(other)[0], {})
@@ -174,18 +185,80 @@ def played(model, file):
     player.close()
 
 
-def test_a_part_that_is_refused_leaves_the_run_as_it_is(played, found):
+def test_a_part_that_is_refused_leaves_the_run_as_it_is(played, found, monkeypatch):
     player, seen = played
     player.command({"type": "play"})
     player.command({"type": "use", "slot": "load", "part": "Nothing"})
     fault = seen.wait("fault")
     assert not fault["stopped"] and "Nothing" in fault["messages"][0]["text"]
+    assert all("excerpt" in message for message in fault["messages"])
     assert player.playing and player.state["busy"] == "" and player.epoch == 0
     player.command({"type": "built_graph", "answer": Answer(found)})
     player.command({"type": "watch", "value": True})
     graph = seen.wait("graph")
     epoch, row = seen.wait("powers", 2)
     assert epoch == 0 and row.shape == (1, 2 + 2 * len(graph["bonds"])) and np.isfinite(row).all()
+    # The meters have the values that a start at rest has found.
+    assert row[0, 2] == pytest.approx(10)
+    monkeypatch.setattr(LiveRun, "varied", {"volts": 40.0})
+    with seen.news:
+        seen.events.clear()
+    assert seen.wait("powers", 2)[1][0, 2] == pytest.approx(40)
+
+
+def test_a_graph_of_edited_files_is_not_that_of_the_run(played, found, monkeypatch):
+    player, seen = played
+    monkeypatch.setattr(Meter, "source", "that of another text")
+    player.command({"type": "built_graph", "answer": Answer(found)})
+    fault = seen.wait("fault")
+    assert fault["messages"][0]["code"] == "BG758" and not fault["stopped"]
+    assert player.state["busy"] == "" and player._graph is None
+
+
+def test_a_page_that_is_killed_while_a_part_is_exchanged_leaves_the_run(file, model, script):
+    """The model arrives at the pages that are left, and at those that come later."""
+    waiting = []
+
+    def prepare(other: LoadedModel) -> Prepared:
+        run = LiveRun(other, method_of(other)[0], {})
+        return Prepared(run, describe_model(other, file.name), [])
+
+    prepared = prepare(model)
+    server = Server(prepared.description, [])
+    exchange = Exchange(file, Options(shapes=True), prepare)
+    exchange._aside.ask = lambda request, done: waiting.append(done)
+    player = Player(prepared.run, server.publish, exchange=exchange)
+    server.attach(player)
+    first = prepared.run.reset()
+
+    async def visit(session):
+        player.start(first)
+        killed = await session.ws_connect(address(server, "/ws"), headers=home(server))
+        stays = await session.ws_connect(address(server, "/ws"), headers=home(server))
+        await killed.send_json({"type": "set", "name": "volts", "value": 20})
+        await killed.send_json({"type": "play"})
+        await killed.send_json({"type": "use", "slot": "load", "part": "Coil"})
+        while not waiting:
+            await asyncio.sleep(0.01)
+        killed._response.connection.transport.abort()  # no closing message
+        while len(server._clients) > 1:
+            await asyncio.sleep(0.01)
+        waiting[0](Answer(load_or_compile(file, Options(shapes=True, preview=True))))
+        later = await session.ws_connect(address(server, "/ws"), headers=home(server))
+        for client in (stays, later):
+            state = {}
+            while state.get("epoch") != 1:
+                message = await client.receive(timeout=10)
+                if message.type is aiohttp.WSMsgType.TEXT:
+                    content = json.loads(message.data)
+                    state = content if content["type"] == "state" else state
+            assert state["playing"] and state["busy"] == ""
+        assert player._run.given == {"volts": 20}
+
+    try:
+        asyncio.run(serving(server, visit))
+    finally:
+        player.close()
 
 
 def test_a_compilation_that_is_killed_is_reported(played, monkeypatch):

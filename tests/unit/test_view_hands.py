@@ -1,9 +1,11 @@
 """Devices that a page takes in its hand: poses, drivers, messages; without a browser."""
 
+import asyncio
 import re
 
 import numpy as np
 import pytest
+from view_server import address, home, serving
 
 import bgc
 from bgc.building.build import runtime_directory
@@ -16,6 +18,7 @@ from bgc.runtime.view.hands import _CHANNELS, Hands
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import read_command
+from bgc.runtime.view.server import Server
 
 MODEL = """
 model Reach {
@@ -75,6 +78,39 @@ def test_the_page_takes_a_device_and_gives_it_back(run):
     run.reset()  # the scene from its start, with its own drivers
     (row,), _ = run.advance(np.array([1.0]))
     assert row[0] == pytest.approx(1) and run.hands.held == []
+
+
+def test_a_page_that_goes_while_it_holds_a_device_lets_go(run, model, monkeypatch):
+    monkeypatch.setattr("bgc.runtime.view.server.bundle", lambda: "")
+    server = Server(describe_model(model, "reach.bg"), [])
+    commands = []
+    player = Player(run, server.publish)
+    monkeypatch.setattr(player, "command", commands.append)
+    server.attach(player)
+
+    async def visit(session):
+        pages = [
+            await session.ws_connect(address(server, "/ws"), headers=home(server)) for _ in "ab"
+        ]
+        pose = {"type": "hand", "device": "one", "position": [-2, 0, 0]}
+        for page in pages:
+            await page.send_json(pose)
+        await asyncio.sleep(0.1)
+        await pages[0].close()  # the other one has taken it since
+        pages[1]._response.connection.transport.abort()
+        while server._clients:
+            await asyncio.sleep(0.01)
+        assert commands == [pose, pose, {"type": "let_go", "device": "one"}]
+
+    asyncio.run(serving(server, visit))
+    player._ready = True
+    run.hand("one", {"position": [-2, 0, 0]})
+    player._on_let_go({"type": "let_go", "device": "one"})
+    (row,), _ = run.advance(np.array([1.0]))
+    assert abs(row[0]) < 0.05  # the middle, neither the hand's nor the trace's 1 m/s
+    run.leave("one")
+    player._on_let_go({"type": "let_go", "device": "one"})
+    assert run.hands.held == []  # somebody else has given it back
 
 
 def test_a_device_of_a_real_hand_is_not_taken(run, model):

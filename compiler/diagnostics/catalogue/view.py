@@ -1,10 +1,10 @@
-"""BG007-BG010, BG754-BG756: the page of `bgc view`."""
+"""BG007-BG010, BG754-BG756, BG758: the page of `bgc view`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import error
+from bgc.diagnostics.catalogue import error, warning
 from bgc.diagnostics.diagnostic import Diagnostic
 
 
@@ -127,6 +127,27 @@ def aside_failed() -> Diagnostic:
         "BG754",
         "the compilation beside the run ended without a result",
         help="the terminal of `bgc view` shows the reason",
+    )
+
+
+def file_changed() -> Diagnostic:
+    """BG758: the file of a live run has changed since it was compiled
+
+    What: the bond graph was asked for on a page, and the files of the model are not those from
+    which its run was compiled. No graph is shown, since its powers would not be those of the run.
+
+    Why: a file of the model, or a data file that it reads, was edited while `bgc view` ran.
+
+    Example: another mass was written into `crane.bg` between the start of `bgc view crane.bg` and a
+    click on Bond graph.
+
+    Way out: end the command and start it again, or choose a part in a slot, which compiles the
+    files as they are then.
+    """
+    return warning(
+        "BG758",
+        "the files of the model have changed since this run was compiled",
+        help="start `bgc view` again to see the bond graph of the files as they are now",
     )
 
 

@@ -40,6 +40,11 @@ export class Devices {
     }
   }
 
+  // Lets go of what is held and not pinned, at once.
+  letGo() {
+    for (const hand of this.hands) hand.letGo();
+  }
+
   tick(past) {
     for (const hand of this.hands) hand.tick(past);
   }

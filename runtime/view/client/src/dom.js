@@ -1,4 +1,4 @@
-// Small helpers for elements, icons and numbers.
+// Small helpers for elements, icons and downloads.
 
 export function el(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
@@ -44,26 +44,6 @@ export function icon(name) {
 
 export function button(name, title, onclick, extra = {}) {
   return el("button", { type: "button", title, "aria-label": title, onclick, ...extra }, icon(name));
-}
-
-// A number in at most `digits` significant digits, with a true minus sign.
-export function number(value, digits = 4) {
-  if (value == null || Number.isNaN(value)) return "–";
-  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  const plain = size >= 1e-3 && size < 1e6;
-  const text = plain
-    ? Number(value.toPrecision(digits)).toString()
-    : value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
-  return text.replace("-", "−");
-}
-
-// A time in a unit that suits a whole range of times.
-export function timeUnit(range) {
-  if (range >= 1 || range <= 0) return { unit: "s", factor: 1 };
-  if (range >= 1e-3) return { unit: "ms", factor: 1e-3 };
-  return { unit: "µs", factor: 1e-6 };
 }
 
 export function download(name, blob) {

@@ -2,6 +2,9 @@
 // It uses nothing of the page, so that it can live in a worker. `Run` and `Player` do here for the module what
 // live.py and player.py do for a shared object; runtime/c/web/web.c has the functions that are called.
 
+import { Meter } from "./meter.js";
+import { compileModule, instantiate } from "./wasm.js";
+
 const FRAME = 1 / 60; // s of the clock between two frames
 const SPEEDS = [1e-6, 100];
 const MOST_ROWS = 16; // in a frame
@@ -11,37 +14,6 @@ const SLOWEST_FRAME = 1 / 15; // s of computing in a frame of a run that cannot 
 const OK = 0;
 const BAD_PARAMETER = 7;
 const POINTER = "pointer";
-
-// Compiles a module, base64 of gzip.
-export async function compileModule(packed) {
-  const bytes = Uint8Array.from(atob(packed), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return WebAssembly.compile(await new Response(stream).arrayBuffer());
-}
-
-// An instance of the module. It needs a clock; whatever else the C library asks for does not exist.
-async function instantiate(module) {
-  let memory = null;
-  const known = {
-    clock_time_get: (_clock, _precision, at) => {
-      new DataView(memory.buffer).setBigUint64(at, BigInt(Math.round(1e6 * performance.now())), true);
-      return 0;
-    },
-    proc_exit: (code) => {
-      throw new Error(`the model ended with ${code}`);
-    },
-  };
-  const absent = () => 52; // ENOSYS
-  const imports = {};
-  for (const { module: from, name } of WebAssembly.Module.imports(module)) {
-    imports[from] ??= {};
-    imports[from][name] = known[name] ?? absent;
-  }
-  const { exports } = await WebAssembly.instantiate(module, imports);
-  memory = exports.memory;
-  exports._initialize?.();
-  return exports;
-}
 
 export class Fault extends Error {
   constructor(...messages) {
@@ -144,6 +116,16 @@ export class Run {
   // The values of the last row in double precision.
   values64() {
     return Float64Array.from(new Float64Array(this.c.memory.buffer, this.row, this.width));
+  }
+
+  // The state at the present time, and the inputs: views that hold until the next call of the module.
+  state() {
+    const at = this.c.state_at(this.time);
+    return new Float64Array(this.c.memory.buffer, at, this.c.states());
+  }
+
+  input() {
+    return new Float64Array(this.c.memory.buffer, this.c.input(), this.c.inputs());
   }
 
   values() {
@@ -272,6 +254,8 @@ export class Player {
     this.actual = 0;
     this.ratio = Infinity; // simulated seconds for each second of computing, smoothed
     this.timer = null;
+    this.isWatched = false;
+    this.meter = null;
   }
 
   get state() {
@@ -290,6 +274,7 @@ export class Player {
     if (!obey) return;
     const before = JSON.stringify(this.state);
     this.guard(() => obey.call(this, content));
+    if (type !== "hand") this.measure(true);
     if (type !== "hand" || JSON.stringify(this.state) !== before) this.publish("state", this.state);
     this.schedule();
   }
@@ -315,6 +300,7 @@ export class Player {
     const now = performance.now() / 1000;
     this.due = now - this.due < LATE ? this.due + FRAME : now + FRAME;
     this.guard(() => this.advance());
+    this.measure();
     const end = performance.now() / 1000;
     if (end - this.measured.at > 0.5) {
       this.actual = (this.run.time - this.measured.time) / (end - this.measured.at);
@@ -395,6 +381,30 @@ export class Player {
   on_set({ name, value }) {
     this.steer(() => this.run.set(name, value));
     this.publish("values", { values: this.run.values() });
+  }
+
+  // Begins or ends the readings of the bonds; their module is made when they are first wanted.
+  on_watch({ value }) {
+    this.isWatched = value && Boolean(this.run.content.graph);
+    if (!this.isWatched || this.meter !== null) return;
+    this.meter = undefined; // on its way
+    Meter.of(this.run.content.graph).then(
+      (meter) => {
+        this.meter = meter;
+        this.measure(true);
+      },
+      (problem) => {
+        const text = `this browser cannot measure the bonds: ${problem.message}`;
+        this.fail([{ code: "", text, help: "" }], false);
+      },
+    );
+  }
+
+  // Publishes efforts and flows where they are watched, some times a second or at once.
+  measure(atOnce = false) {
+    const now = performance.now() / 1000;
+    if (!this.isWatched || !this.meter || !this.ready || !(atOnce || this.meter.isDue(now))) return;
+    this.guard(() => this.publish("powers", { epoch: this.epoch, values: this.meter.measure(this.run, now) }));
   }
 
   on_hand(pose) {

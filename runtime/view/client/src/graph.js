@@ -1,9 +1,11 @@
 // The bond graph: layouts by depth, the power of each bond as its width and colour, and what a click shows.
 
-import { button, el, icon, number } from "./dom.js";
+import { button, el, icon } from "./dom.js";
+import { number, unitText, watts } from "./numbers.js";
 
 const [THIN, THICK] = [1.1, 8.5];
 const DECADES = 4; // of power, from the thinnest to the widest
+const LEAST = 1e-9; // W: less is taken for rounding errors of a model at rest
 const BARB = 11;
 const STROKE = 8; // half the length of a causal stroke
 const svg = (tag, attributes = {}, parent = null) => {
@@ -22,7 +24,7 @@ export class GraphView {
     this.values = null; // e1 f1 e2 f2 ..
     this.largest = 0;
     this.waiting = el("p", { class: "waiting", role: "status" }, el("i", { class: "spin" }), "The bond graph is being compiled");
-    this.drawing = svg("svg", { class: "graph", role: "img", "aria-label": "Bond graph" });
+    this.drawing = svg("svg", { class: "graph", role: "group", "aria-label": "Bond graph" });
     this.depths = el("div", { class: "depths", role: "group", "aria-label": "Depth" });
     this.tools = el("div", { class: "glass cameras" }, this.depths, button("fit", "Whole graph (1)", () => this.fit()));
     this.legend = el("div", { class: "glass legend-power" });
@@ -164,7 +166,7 @@ export class GraphView {
   update() {
     if (!this.values || !this.edges) return;
     const powers = this.edges.map(({ edge }) => this.power(edge));
-    const now = Math.max(1e-12, ...powers.map((p) => (Number.isFinite(p) ? Math.abs(p) : 0)));
+    const now = Math.max(LEAST, ...powers.map((p) => (Number.isFinite(p) ? Math.abs(p) : 0)));
     // The scale falls slowly, so that widths can be compared over some seconds.
     this.largest = Math.max(now, 0.985 * this.largest);
     // On a drawing that is far away bonds are wider, so that their power is still seen.
@@ -180,7 +182,7 @@ export class GraphView {
     });
     this.legend.replaceChildren(
       el("i", { class: "along" }), "along the half arrow", el("i", { class: "against" }), "against it",
-      el("b", {}, `widest ${watts(this.largest)}`),
+      el("b", {}, this.largest > LEAST ? `widest ${watts(this.largest)}` : "no power now"),
     );
     if (this.selected) this.fill();
   }
@@ -226,11 +228,11 @@ export class GraphView {
     this.total = el("b");
     const [effort, flow] = first.units;
     const same = edge.bonds.every((b) => this.graph.bonds[b].units.join() === first.units.join());
-    const unit = (text) => (same && text ? el("small", {}, ` ${text}`) : null);
+    const unit = (text) => (same && text ? el("small", {}, ` ${unitText(text)}`) : null);
     const content = [
       el("div", { class: "row" }, el("b", { class: "title" }, this.nameOf(edge)), button("close", "Close", () => this.select(null))),
       el("div", { class: "scroll" },
-        el("table", {}, el("thead", {}, el("tr", {}, el("th"), el("th", {}, "effort", unit(effort)), el("th", {}, "flow", unit(flow)), el("th", {}, "power", el("small", {}, " W")))),
+        el("table", {}, el("thead", {}, el("tr", {}, el("td"), el("th", {}, "effort", unit(effort)), el("th", {}, "flow", unit(flow)), el("th", {}, "power", el("small", {}, " W")))),
           el("tbody", {}, ...this.numbers.map(({ row }) => row))),
       ),
       el("p", {}, "Power along the half arrow ", this.total),
@@ -318,12 +320,6 @@ export class GraphView {
 export function sourceBlock(line) {
   if (!line) return null;
   return el("div", { class: "source" }, el("small", {}, `${line.file}, line ${line.number}`), el("code", {}, line.text));
-}
-
-function watts(power) {
-  const size = Math.abs(power);
-  const [unit, factor] = size >= 1e6 ? ["MW", 1e6] : size >= 1e3 ? ["kW", 1e3] : size >= 1 || size === 0 ? ["W", 1] : size >= 1e-3 ? ["mW", 1e-3] : ["µW", 1e-6];
-  return `${number(power / factor, 3)} ${unit}`;
 }
 
 // The slots that other parts fit too: a choice is compiled beside the run, and exchanged for it.

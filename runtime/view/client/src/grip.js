@@ -2,7 +2,8 @@
 // force on the hand is an arrow, the commanded place a dashed ring. Sizes are in pixels.
 
 import * as THREE from "three";
-import { el, number } from "./dom.js";
+import { el } from "./dom.js";
+import { number } from "./numbers.js";
 import { reader } from "./parts.js";
 
 const LEVER = 96; // from the place to the grip at the end of its reach

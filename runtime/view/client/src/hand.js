@@ -16,7 +16,7 @@ export class Hand {
     this.position = [0, 0, 0];
     this.buttons = new Array(BUTTONS).fill(0);
     this.gripper = 0;
-    this.by = null; // what holds it: "pointer" or "gamepad"
+    this.by = null; // what holds it: "pointer", "gamepad" or "keyboard"
     this.stays = false; // where it is let go
     this.taken = false;
     this.sent = "";
@@ -38,6 +38,13 @@ export class Hand {
   release() {
     this.by = null;
     this.buttons[0] = 0;
+  }
+
+  letGo() {
+    if (!this.taken || this.stays) return;
+    this.release();
+    this.position = [0, 0, 0];
+    this.tick(0);
   }
 
   press(button, on) {
@@ -62,7 +69,7 @@ export class Hand {
 
   // Goes on by `past` seconds, and sends the pose if it has changed: once for each frame at most.
   tick(past) {
-    if (this.by !== "pointer") this.readGamepad();
+    if (this.by === null || this.by === "gamepad") this.readGamepad();
     if (!this.taken) return;
     if (this.by === null && !this.stays) {
       const part = Math.exp(-past / RETURN);

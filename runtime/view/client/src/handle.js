@@ -1,7 +1,8 @@
 // The pad of an input device beside the scene: its position seen from above, and its height. A hand
 // that the page may take is dragged here too.
 
-import { button, el, number } from "./dom.js";
+import { button, el } from "./dom.js";
+import { number } from "./numbers.js";
 import { reader } from "./parts.js";
 
 const SIZE = 104;
@@ -24,6 +25,7 @@ export class Handle {
     const line = { stroke: "var(--faint)", "stroke-width": 1, fill: "none" };
     const raised = { ...line, fill: "var(--raised)" };
     const flat = svg("g", { class: "flat" }, drawing);
+    if (hand) this.steerByKeys(drawing, name);
     svg("circle", { cx: MIDDLE, cy: MIDDLE, r: MIDDLE - 2, ...raised }, flat);
     svg("circle", { cx: MIDDLE, cy: MIDDLE, r: (MIDDLE - 2) / 2, ...line, "stroke-dasharray": "2 3" }, flat);
     svg("path", { d: `M${MIDDLE} 6V${SIZE - 6}M6 ${MIDDLE}H${SIZE - 6}`, ...line }, flat);
@@ -70,6 +72,26 @@ export class Handle {
       for (const end of ["pointerup", "pointercancel"]) key.addEventListener(end, () => hand.press(k, false));
       return key;
     }));
+  }
+
+  // The arrow keys move the hand ahead, back and aside, Page Up and Page Down its height, Home to the middle.
+  steerByKeys(drawing, name) {
+    const { hand } = this;
+    const ways = { ArrowUp: [1, 0, 0], ArrowDown: [-1, 0, 0], ArrowLeft: [0, 1, 0], ArrowRight: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1], Home: [0, 0, 0] };
+    drawing.setAttribute("tabindex", 0);
+    drawing.setAttribute("role", "application");
+    drawing.setAttribute("aria-label", `${name}: the arrow keys, Page Up and Page Down move it, Home centres it`);
+    drawing.addEventListener("keydown", (event) => {
+      const way = ways[event.key];
+      if (!way) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (hand.by !== "keyboard") hand.grab(this.seen, "keyboard");
+      const step = hand.device.reach / 20;
+      hand.move(event.key === "Home" ? way : hand.position.map((x, k) => x + step * way[k]));
+    });
+    drawing.addEventListener("keyup", (event) => ways[event.key] && hand.release());
+    drawing.addEventListener("blur", () => hand.by === "keyboard" && hand.release());
   }
 
   drag(node, moved) {

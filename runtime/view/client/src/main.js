@@ -1,25 +1,34 @@
 // The page of `bgc view`: a live run or a recorded one.
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
+import { Axes } from "./axes.js";
 import { Devices } from "./devices.js";
-import { button, download, el, icon, timeUnit } from "./dom.js";
+import { button, el, icon } from "./dom.js";
 import { GraphView, Slots, sourceBlock } from "./graph.js";
-import { helpOf, onKey } from "./keys.js";
+import { helpOf, listenToKeys } from "./keys.js";
 import { cameBack, comeBack, remember, remembered } from "./memory.js";
 import { Modes } from "./modes.js";
 import { Parameters } from "./parameters.js";
 import { Playback, replaySpeed } from "./playback.js";
 import { Plots } from "./plots.js";
-import { replayPage } from "./replay.js";
+import { Saving } from "./saving.js";
+import { timeUnit } from "./numbers.js";
 import { openSource } from "./sources.js";
 import { Stage } from "./stage.js";
 import { Store, TIMES } from "./store.js";
-import { Video } from "./video.js";
+import { Tabs } from "./tabs.js";
 import style from "./style.css";
 
 const PLOTTING = 70; // ms between two drawings of the plots
+const SURVEYED = 12; // rows of a recorded run by which the camera is placed
+const STILL = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 document.head.append(el("style", {}, uplotStyle + style));
+
+const LOST = {
+  text: "The connection to bgc view is lost; the page keeps what it has and connects again by itself.",
+  help: "If the command has ended, start it again and open the address that it prints.",
+};
 
 class Page extends Playback {
   constructor() {
@@ -47,7 +56,7 @@ class Page extends Playback {
     if (this.description) {
       // A page that has connected again keeps its view; another model has another page.
       if (JSON.stringify(this.description) !== JSON.stringify(description)) {
-        return comeBack({ view: this.viewed, tab: this.tab });
+        return comeBack({ view: this.viewed, tab: this.tabs?.chosen });
       }
       this.askedGraph = false;
       if (this.graph?.shown) this.source.send("watch", { value: true });
@@ -66,14 +75,18 @@ class Page extends Playback {
       this.player.speed = replaySpeed(description.duration);
       if (rows) this.rows({ whole: true, epoch: 0, count, rows });
       this.player.playing = false;
+      if (count) this.stage?.survey(this.spread(SURVEYED));
       this.modes?.choose(0);
+      if (STILL) this.player.playing = false;
       if (description.message) this.banner([{ code: "", text: description.message, help: "" }], "warn");
     }
     this.setTheme(this.theme);
     this.buttons();
     const { view, tab } = live ? cameBack() : {};
     if (view === "graph" && this.graph) this.look(view);
-    if (tab) this.chooseTab?.(tab, true);
+    if (tab) this.tabs?.open(tab);
+    // A hidden page draws nothing, so it would hold a device where the hand was.
+    document.addEventListener("visibilitychange", () => document.hidden && this.devices.letGo());
     requestAnimationFrame((now) => this.loop(now));
   }
 
@@ -89,8 +102,18 @@ class Page extends Playback {
     if (!this.live && this.time == null) this.time = this.store.first;
   }
 
+  // Some rows of a recorded run, spread over its time.
+  spread(count) {
+    return Array.from({ length: count }, (_, k) => {
+      const row = new Float32Array(this.row.length);
+      this.store.sample(this.store.first + (k / (count - 1)) * (this.store.last - this.store.first), row);
+      return row;
+    });
+  }
+
   state(state) {
     if (state.playing && !this.player.playing) this.hideBanner();
+    if (this.hint && (state.playing || this.store.count > 1)) this.hint.hidden = true;
     this.waitFor(state.busy ?? "");
     const reset = state.epoch !== this.player.epoch;
     this.player = state;
@@ -104,9 +127,12 @@ class Page extends Playback {
   }
 
   lost(lost) {
+    if (lost === Boolean(this.disconnected)) return;
     this.disconnected = lost;
     document.body.classList.toggle("lost", lost);
     if (!this.badge) return;
+    if (lost) this.banner([LOST], "warn");
+    else this.hideBanner();
     this.buttons();
   }
 
@@ -117,18 +143,19 @@ class Page extends Playback {
     const plain = !description.shapes.some((s) => s.kind !== "handle");
     document.body.classList.toggle("plain", plain);
     this.badge = el("span", { class: "badge" }, el("i"), el("span"));
+    this.saving = new Saving(this);
     this.themeButton = button("moon", "Dark or light (T)", () => this.setTheme(this.theme === "dark" ? "light" : "dark"));
     const head = el(
       "header", {},
       el("span", { class: "mark" }, "bgc"),
-      el("span", { class: "title" }, description.scene),
+      el("h1", {}, description.scene),
       el("span", { class: "of" }, [description.model, description.file].filter(Boolean).join(" · ")),
       el("span", { class: "space" }),
       this.views = el("div", { class: "views", role: "group", "aria-label": "View" }),
       this.badge,
-      plain ? null : button("camera", "Save a picture (P)", () => this.picture()),
-      plain || !Video.type ? null : (this.videoButton = button("record", "Record a video (V)", () => this.toggleVideo())),
-      button("save", "Save a replay as one HTML file", () => this.saveReplay()),
+      plain ? null : button("camera", "Save a picture (P)", () => this.saving.picture()),
+      plain ? null : this.saving.videoButton,
+      button("save", "Save a replay as one HTML file", () => this.saving.replay()),
       this.themeButton,
       button("panel", "Side panel (B)", () => this.toggleSide()),
       button("help", "Keys (?)", () => this.help.showModal()),
@@ -138,12 +165,15 @@ class Page extends Playback {
     this.main = el("main", {}, this.bannerBox);
     this.chosen = el("div", { class: "chosen", hidden: true });
     const parametersTab = el("div", { class: "tab" }, this.chosen);
-    this.side = el("aside");
+    this.side = el("aside", { "aria-label": "Side panel" });
     const hasGraph = this.live && this.source.hasGraph;
-    const tabs = description.modes ? [] : [["Parameters", parametersTab]];
+    const tabs = this.live ? [["Parameters", parametersTab]] : [];
     document.body.classList.toggle("swinging", Boolean(description.modes));
-    if (plain) this.main.append(plots);
-    else if (description.modes) {
+    if (plain) {
+      Object.assign(plots, { tabIndex: 0 }).setAttribute("role", "region");
+      plots.setAttribute("aria-label", "Plots");
+      this.main.append(plots);
+    } else if (description.modes) {
       const modesTab = el("div", { class: "tab" });
       tabs.push(["Modes", modesTab]);
       this.modes = new Modes(modesTab, description, ({ first }) => {
@@ -155,13 +185,16 @@ class Page extends Playback {
       plots.classList.add("tab");
       tabs.unshift(["Plots", plots]);
     }
-    if (hasGraph) {
+    if (this.live && this.source.hasSlots) {
       const slotsTab = el("div", { class: "tab" });
       tabs.push(["Slots", slotsTab, () => this.askGraph()]);
       this.slots = new Slots(slotsTab, (slot, part) => this.source.send("use", { slot, part }));
+    }
+    if (hasGraph) {
       this.graph = new GraphView(this.main, { part: (path) => this.choosePart(path), ask: () => this.askGraph() });
     }
-    this.side.append(...(tabs.length > 1 ? [this.tabs(tabs)] : []), ...tabs.map(([, body]) => body));
+    this.side.append(...tabs.map(([, body]) => body));
+    if (tabs.length > 1 || description.modes) this.side.prepend((this.tabs = new Tabs(tabs)).root);
     this.side.hidden = plain && !description.parameters.length && !hasGraph;
     document.body.classList.toggle("hidden-side", this.side.hidden);
     this.help = helpOf();
@@ -174,8 +207,9 @@ class Page extends Playback {
     }
     this.buildViews(plain);
     if (!plain) this.buildStage();
+    if (this.live && !plain) this.main.append(this.hint = el("div", { class: "glass hint" }, description.devices?.some((d) => d.free) ? "Drag the grip, or press Space" : "Press Space to start"));
     this.devices = new Devices({ ...this, began: () => this.goOn() });
-    addEventListener("keydown", (event) => onKey(this, event));
+    listenToKeys(this);
   }
 
   // The scene, and the bond graph where the source has it.
@@ -223,7 +257,7 @@ class Page extends Playback {
     this.stage?.mark(path);
     this.parameters?.pick(path);
     this.showSource(path);
-    if (path != null && this.parametersIndex != null) this.chooseTab(this.parametersIndex);
+    if (path != null) this.tabs?.choose(this.tabs.find("Parameters"));
   }
 
   showSource(path) {
@@ -235,10 +269,9 @@ class Page extends Playback {
 
   buildStage() {
     const { description } = this;
-    const address = (k) => this.meshes?.[k] ?? `mesh/${k}${location.search}`;
     try {
       const quality = new URLSearchParams(location.search).get("quality");
-      this.stage = new Stage(this.main, description, address, quality);
+      this.stage = new Stage(this.main, description, (k) => this.meshAddress(k), quality);
     } catch (problem) {
       this.main.append(el("p", { class: "none" }, `This browser cannot draw in 3D (${problem.message}). Plots and controls work.`));
       return;
@@ -250,7 +283,11 @@ class Page extends Playback {
     );
     this.tip = el("div", { class: "glass tip", hidden: true });
     this.main.append(this.tip);
+    this.axes = new Axes(this.main, this.stage);
     const { canvas } = this.stage;
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${description.scene} in 3D; the arrow keys turn the view`);
     canvas.addEventListener("pointermove", (event) => this.hover(event));
     canvas.addEventListener("pointerleave", () => (this.tip.hidden = true));
     let down = null;
@@ -260,30 +297,15 @@ class Page extends Playback {
     });
   }
 
+  // The address of a file of a mesh: in this page, or on the server.
+  meshAddress(k) {
+    return this.meshes?.[k] ?? `mesh/${k}${location.search}`;
+  }
+
   // Goes on from the present where the run stands still.
   goOn() {
     this.scrubbed = null;
     if (!this.player.playing && this.player.ready) this.source.send("play");
-  }
-
-  tabs(list) {
-    this.parametersIndex = list.findIndex(([text]) => text === "Parameters");
-    const buttons = list.map(([text, body, opened], k) => {
-      body.hidden = k > 0;
-      return el("button", { type: "button", role: "tab", "aria-selected": String(k === 0), onclick: () => (choose(k), opened?.()) }, text);
-    });
-    const choose = (chosen, isBack = false) => {
-      if (!list[chosen]) return;
-      this.tab = chosen;
-      if (isBack) list[chosen][2]?.();
-      list.forEach(([, body], k) => {
-        body.hidden = k !== chosen;
-        buttons[k].setAttribute("aria-selected", k === chosen);
-      });
-      dispatchEvent(new Event("resize"));
-    };
-    this.chooseTab = choose;
-    return el("div", { class: "tabs", role: "tablist" }, ...buttons);
   }
 
   // --- what the user does -------------------------------------------------------------------
@@ -320,43 +342,6 @@ class Page extends Playback {
     this.stage?.theme(name);
     this.plots.theme(name);
     this.plotted = 0;
-    this.stamp = null;
-  }
-
-  async picture() {
-    if (this.stage) download(`${this.description.scene}.png`, await this.stage.picture());
-  }
-
-  // Records what the scene shows until it is called again.
-  toggleVideo() {
-    if (!this.stage || !Video.type) return;
-    if (this.video) return this.video.stop();
-    this.video = new Video(this.stage.canvas, (blob, ending) => {
-      this.video = null;
-      this.videoButton.classList.remove("on");
-      this.videoButton.title = "Record a video (V)";
-      download(`${this.description.scene}.${ending}`, blob);
-    });
-    this.videoButton.classList.add("on");
-    this.videoButton.title = "End the video and save it (V)";
-  }
-
-  async saveReplay() {
-    const meshes = [];
-    for (const shape of this.description.shapes) {
-      if (shape.mesh != null) meshes[shape.mesh] ??= await this.meshData(shape.mesh);
-    }
-    const text = await replayPage(this.description, this.store, meshes);
-    download(`${this.description.scene}.html`, new Blob([text], { type: "text/html" }));
-  }
-
-  async meshData(k) {
-    const blob = await (await fetch(this.meshes?.[k] ?? `mesh/${k}${location.search}`)).blob();
-    return new Promise((done) => {
-      const read = new FileReader();
-      read.onload = () => done(read.result);
-      read.readAsDataURL(blob);
-    });
   }
 
   // --- messages -----------------------------------------------------------------------------
@@ -364,7 +349,11 @@ class Page extends Playback {
   banner(messages, kind) {
     this.bannerBox.className = `banner ${kind}`;
     this.bannerBox.replaceChildren(
-      el("div", {}, ...messages.flatMap((m) => [el("p", {}, m.code ? el("b", {}, `${m.code} `) : null, m.text), m.help ? el("p", {}, m.help) : null].filter(Boolean))),
+      el("div", {}, ...messages.flatMap((m) => [
+        el("p", {}, m.code ? el("b", {}, `${m.code} `) : null, m.text),
+        m.excerpt ? el("pre", {}, m.excerpt) : null,
+        m.help ? el("p", {}, m.help) : null,
+      ].filter(Boolean))),
       button("close", "Close", () => this.hideBanner()),
     );
     this.bannerBox.hidden = false;
@@ -387,12 +376,15 @@ class Page extends Playback {
       this.stage?.show(this.row, time);
       this.devices.update(this.row);
     }
-    if (!this.graph?.shown || this.video) this.stage?.draw();
+    if (!this.graph?.shown || this.saving.video) {
+      this.stage?.draw();
+      this.axes?.update();
+    }
     this.watch(now);
     if (now - this.plotted > PLOTTING) {
       this.plotted = now;
       this.drawPlots(time);
-    }
+    } else this.plots.next();
     this.frames++;
   }
 
@@ -402,8 +394,7 @@ class Page extends Playback {
     const end = this.live ? Math.max(1.02 * last, length / 6) : last || 1;
     this.showTime(time, last, end);
     const first = this.live && end > 120 * this.unit.factor && end > 2 * length ? Math.max(0, end - Math.max(length, 60)) : this.live ? 0 : this.store.first;
-    const stamp = [this.store.version, this.store.count, time, first, end].join();
-    this.plots.update([first, end], this.row, time, stamp);
+    this.plots.update([first, end], this.row, time);
   }
 
   // Eases the drawing where frames take longer than 45 ms for a second.

@@ -2,8 +2,9 @@
 // starts no worker for a file.
 
 import workerText from "engine:worker";
-import { compileModule, Run, serve } from "./engine.js";
+import { Run, serve } from "./engine.js";
 import { Source } from "./source.js";
+import { compileModule } from "./wasm.js";
 
 const PATIENCE = 3000; // ms after which a worker that does not obey a reset is replaced
 
@@ -16,6 +17,7 @@ export class ModelSource extends Source {
     this.given = new Map(content.given);
     this.epoch = 0;
     this.speed = content.speed;
+    this.hasGraph = Boolean(content.graph);
   }
 
   start() {
@@ -63,6 +65,7 @@ export class ModelSource extends Source {
 
   greet() {
     this.post({ type: "load", content: this.content, packed: this.packed, given: [...this.given], epoch: this.epoch });
+    if (this.watched) this.post({ type: "watch", value: true });
     if (this.speed !== this.content.speed) this.post({ type: "speed", value: this.speed });
   }
 
@@ -76,6 +79,8 @@ export class ModelSource extends Source {
   }
 
   send(type, content = {}) {
+    if (type === "graph") return this.on.graph(this.content.graph.description);
+    if (type === "watch") this.watched = content.value;
     if (type === "set") this.remember(content);
     if (type === "speed") this.speed = content.value;
     if (type === "reset") {

@@ -1,6 +1,7 @@
 // The list of modes: choosing one swings the shapes in it.
 
-import { el, number } from "./dom.js";
+import { el } from "./dom.js";
+import { number } from "./numbers.js";
 
 export class Modes {
   constructor(parent, description, chosen) {

@@ -1,6 +1,7 @@
 // Sliders for the parameters of a model, by the parts that have them.
 
-import { button, el, icon, number } from "./dom.js";
+import { button, el, icon } from "./dom.js";
+import { number, typed, unitText } from "./numbers.js";
 
 const STEPS = 1000;
 
@@ -29,7 +30,7 @@ class Row {
     this.root = el(
       "div", { class: "parameter", title: name },
       el("span", { class: "label" }, label), this.back,
-      el("span", { class: "value" }, this.field, el("small", {}, unit)),
+      el("span", { class: "value" }, this.field, el("small", {}, unitText(unit))),
       this.slider,
     );
     this.slider.addEventListener("input", () => {
@@ -63,7 +64,7 @@ class Row {
 
   show(value, sliding = false) {
     this.value = value;
-    if (document.activeElement !== this.field) this.field.value = number(value / this.parameter.factor, 6);
+    if (document.activeElement !== this.field) this.field.value = typed(value / this.parameter.factor, 6);
     if (!sliding) {
       if (value < this.from) this.from = value;
       if (value > this.to) this.to = value;

@@ -53,7 +53,7 @@ function differs(a, b) {
   return !b || a.some((x, k) => Math.abs(x - b[k]) > 1e-5 * Math.max(Math.abs(x), 1e-6));
 }
 
-// A part whose geometry depends on sizes, made anew when these change.
+// A part whose geometry depends on sizes, made again when these change.
 class Sized {
   constructor(shape, names, make) {
     this.read = names.map((name) => reader(shape.values[name]));
@@ -329,6 +329,8 @@ class Rope {
       }
     });
     position.needsUpdate = normal.needsUpdate = true;
+    // Those are of the curve before; they are computed when asked for.
+    this.object.geometry.boundingBox = this.object.geometry.boundingSphere = null;
   }
 }
 

@@ -2,7 +2,8 @@
 //
 // The page extends it; it needs `source`, `store`, `live`, `unit`, `modes`, `description` and `badge` of the page.
 
-import { button, el, icon, number } from "./dom.js";
+import { button, el, icon } from "./dom.js";
+import { number } from "./numbers.js";
 
 const SPEEDS = [1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 

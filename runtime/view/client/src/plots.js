@@ -1,7 +1,8 @@
 // Plots of what the scene observes: against time, or against each other.
 
 import uPlot from "uplot";
-import { el, number, timeUnit } from "./dom.js";
+import { el } from "./dom.js";
+import { commonExponent, number, scaledUnit, timeUnit, unitText } from "./numbers.js";
 
 // Okabe and Ito's colours, which colour-blind readers can tell apart; in two lightnesses.
 const COLOURS = {
@@ -20,8 +21,11 @@ class Plot {
     this.seek = seek;
     this.legend = el("div", { class: "legend" });
     this.chart = el("div", { class: "chart" });
-    this.root = el("section", { class: "plot" }, this.legend, this.chart);
-    this.values = [];
+    const names = this.quantities.map((q) => bare(q.name)).join(", ");
+    const title = this.across ? `${names} against ${bare(this.across.name)}` : names;
+    this.chart.setAttribute("role", "img");
+    this.chart.setAttribute("aria-label", `Plot of ${title}`);
+    this.root = el("section", { class: "plot", "aria-label": title }, this.legend, this.chart);
   }
 
   build(theme, tick) {
@@ -32,25 +36,20 @@ class Plot {
     const font = "11px system-ui, sans-serif";
     const colours = COLOURS[theme];
     this.tick = tick;
-    this.legend.replaceChildren(
-      ...this.quantities.map((q, k) => {
-        const value = el("b", {});
-        this.values[k] = value;
-        const mark = el("i", { style: `background:${colours[k % colours.length]}` });
-        const name = q.name.replace(/ \[[^\]]*\]$/, "");
-        return el("span", { class: "entry", title: q.name }, mark, el("span", { class: "name" }, name), value, el("small", {}, q.unit));
-      }),
-    );
+    this.fillLegend(colours);
     const axis = (extra) => ({
       stroke: text, font, grid, ticks: { ...grid, size: 4 }, gap: 4,
-      values: (_, splits) => splits.map((v) => (v == null ? "" : number(Number(v.toPrecision(8)), 6))),
+      values: (_, splits) => tickTexts(splits),
       ...extra,
     });
-    const side = (unit, k) => axis({ scale: `y${k}`, side: k ? 1 : 3, size: 52, grid: k ? { show: false } : grid, label: unit || undefined, labelSize: unit ? 16 : 0, labelFont: font, labelGap: 0 });
+    const side = (unit, k) => axis({
+      scale: `y${k}`, side: k ? 1 : 3, size: 46, space: 24, grid: k ? { show: false } : grid,
+      label: (u) => scaledUnit(unit, exponentOf(u.scales[`y${k}`])), labelSize: 16, labelFont: font, labelGap: 0,
+    });
     const units = this.units.slice(0, 2);
     const scales = { x: { time: false, range: () => this.range } };
     units.forEach((_, k) => (scales[`y${k}`] = { range: padded }));
-    const scaleOf = (q) => `y${Math.min(1, Math.max(0, units.indexOf(q.unit)))}`;
+    const scaleOf = (q) => this.scaleOf(q);
     const options = {
       width: Math.max(80, this.chart.clientWidth),
       height: Math.max(60, this.chart.clientHeight),
@@ -58,15 +57,20 @@ class Plot {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales,
-      axes: [axis({ size: 26, space: 60, values: (_, splits) => splits.map((v, k) => `${number(Number(v.toPrecision(8)), 6)}${k === splits.length - 1 ? ` ${tick.unit}` : ""}`) }), ...units.map(side)],
+      axes: [axis({ size: 26, space: 60, values: (_, splits) => tickTexts(splits, 0).map((text, k) => (k === splits.length - 1 ? `${text} ${tick.unit}` : text)) }), ...units.map(side)],
       series: [{}],
-      hooks: { draw: [(u) => this.cursor(u, style.getPropertyValue("--accent").trim())] },
+      hooks: {
+        draw: [(u) => this.cursor(u, style.getPropertyValue("--accent").trim()), (u) => this.scaleLegend(u)],
+      },
     };
     if (this.across) {
       options.mode = 2;
       options.cursor = { show: false };
       scales.x = { time: false, range: padded };
-      options.axes[0] = axis({ size: 24, space: 60, label: `${this.across.name} ${this.across.unit && `[${this.across.unit}]`}`, labelSize: 14, labelFont: font, labelGap: 0 });
+      options.axes[0] = axis({ size: 24, space: 60, label: (u) => {
+        const unit = scaledUnit(this.across.unit, exponentOf(u.scales.x));
+        return `${bare(this.across.name)}${unit && ` [${unit}]`}`;
+      }, labelSize: 14, labelFont: font, labelGap: 0 });
       options.series = [null, ...this.quantities.map((q, k) => ({
         stroke: colours[k % colours.length],
         paths: (u, i) => this.path(u, i, colours[k % colours.length]),
@@ -86,6 +90,50 @@ class Plot {
         this.seek(this.uplot.posToVal(event.clientX - rect.left, "x") * this.tick.factor);
       });
     }
+  }
+
+  // The names, and the present values; a prefix that all names have, and a unit, stand once.
+  fillLegend(colours) {
+    const names = this.quantities.map((q) => bare(q.name));
+    const [head, rest] = commonHead(names);
+    const sameUnit = this.units.length === 1;
+    this.values = this.quantities.map(() => el("b", {}));
+    this.unitTexts = [];
+    this.exponents = {};
+    const entries = this.quantities.map((q, k) => {
+      const mark = el("i", { style: `background:${colours[k % colours.length]}` });
+      return el("span", { class: "entry", title: q.name }, mark, el("span", { class: "name" }, rest[k]),
+        el("span", { class: "value" }, this.values[k], sameUnit && head ? null : this.unitOf(q)));
+    });
+    const title = head && el("span", { class: "head", title: head }, head, sameUnit ? this.unitOf(this.quantities[0]) : null);
+    this.legend.replaceChildren(...[title, ...entries].filter(Boolean));
+  }
+
+  scaleOf(q) {
+    return `y${Math.min(1, Math.max(0, this.units.indexOf(q.unit)))}`;
+  }
+
+  unitOf(q) {
+    const text = el("small", {}, ` ${unitText(q.unit)}`);
+    this.unitTexts.push([q, text]);
+    return text;
+  }
+
+  // Values in the legend have the power of ten of their axis.
+  scaleLegend(u) {
+    const exponents = Object.fromEntries(this.quantities.map((q) => [this.scaleOf(q), exponentOf(u.scales[this.scaleOf(q)])]));
+    if (JSON.stringify(exponents) === JSON.stringify(this.exponents)) return;
+    this.exponents = exponents;
+    for (const [q, text] of this.unitTexts) text.textContent = ` ${scaledUnit(q.unit, exponents[this.scaleOf(q)])}`;
+    this.showValues();
+  }
+
+  showValues(row = this.row) {
+    this.row = row;
+    this.quantities.forEach((q, k) => {
+      const text = number(row?.[q.column] / q.factor / 10 ** (this.exponents[this.scaleOf(q)] ?? 0), 4);
+      if (this.values[k].textContent !== text) this.values[k].textContent = text;
+    });
   }
 
   empty() {
@@ -150,17 +198,17 @@ class Plot {
     ctx.restore();
   }
 
-  // Shows rows of a span of time, and the values of a row at the present.
-  update(span, row, now, stamp) {
+  // Shows rows of a span of time, and the values of a row at the present. Where the rows are those drawn
+  // before, only the mark of the present moves.
+  update(span, row, now) {
     if (!this.uplot) return;
-    this.quantities.forEach((q, k) => {
-      const text = number(row[q.column] / q.factor, 4);
-      if (this.values[k].textContent !== text) this.values[k].textContent = text;
-    });
-    if (stamp === this.version) return;
-    this.version = stamp;
+    this.showValues(row);
+    const version = [this.store.version, this.store.count, ...span].join();
+    if (version === this.version && now === this.now) return;
     this.now = now;
     this.at = this.across && [this.across, ...this.quantities].map((q) => row[q.column] / q.factor);
+    if (version === this.version) return this.uplot.redraw(false, false);
+    this.version = version;
     const [first, last] = [this.store.find(span[0]), this.store.find(span[1])];
     if (!this.store.count) return this.uplot.setData(this.empty());
     const all = this.across ? [...this.quantities, this.across] : this.quantities;
@@ -185,6 +233,28 @@ class Plot {
   }
 }
 
+// The name of a quantity without the unit that a user has asked for.
+const bare = (name) => name.replace(/ \[[^\]]*\]$/, "");
+
+// What names have in common at their start, a vector or a part, and the rest of each.
+export function commonHead(names) {
+  if (names.length < 2) return ["", names];
+  const of = (name) => name.match(/^(.*?)(\[[\d, ]+\])$/);
+  const found = names.map(of);
+  if (found.every((m) => m && m[1] === found[0]?.[1])) return [found[0][1], found.map((m) => m[2].slice(1, -1))];
+  const at = names[0].lastIndexOf(".") + 1;
+  const head = names[0].slice(0, at);
+  if (at && names.every((name) => name.startsWith(head) && !name.slice(at).includes("."))) return [head.slice(0, -1), names.map((name) => name.slice(at))];
+  return ["", names];
+}
+
+const exponentOf = ({ min, max }) => commonExponent(Math.max(Math.abs(min ?? 0), Math.abs(max ?? 0)));
+
+// The labels of ticks, without the power of ten that they have in common: the unit of the axis has it.
+function tickTexts(splits, exponent = exponentOf({ min: splits[0], max: splits.at(-1) })) {
+  return splits.map((v) => (v == null ? "" : number(Number((v / 10 ** exponent).toPrecision(8)), 6)));
+}
+
 // A range with a little room; a constant has the same room above and below.
 function padded(_, low, high) {
   if (low == null || high == null) return [0, 1];
@@ -199,6 +269,7 @@ export class Plots {
   constructor(holder, description, store, seek) {
     this.holder = holder;
     this.description = description;
+    this.waiting = [];
     this.list = description.panels.map((panel) => new Plot(panel, description, store, seek));
     if (!this.list.length) holder.append(el("p", { class: "none" }, "The scene observes nothing."));
     holder.append(...this.list.map((plot) => plot.root));
@@ -210,11 +281,23 @@ export class Plots {
     for (const plot of this.list) plot.build(name, tick);
   }
 
-  update(span, row, now, stamp) {
+  // Takes what the plots in view are to show: one of them now, the others in the next frames.
+  update(span, row, now) {
     const { top, bottom } = this.holder.getBoundingClientRect();
-    for (const plot of this.list) {
-      const place = plot.root.getBoundingClientRect();
-      if (place.bottom > top && place.top < bottom) plot.update(span, row, now, stamp);
-    }
+    const isSeen = ({ root }) => {
+      const place = root.getBoundingClientRect();
+      return place.bottom > top && place.top < bottom;
+    };
+    const seen = this.list.filter(isSeen);
+    const kept = Float32Array.from(row);
+    // Those that have waited since the last call come first.
+    const waiting = this.waiting.map(([plot]) => plot).filter((plot) => seen.includes(plot));
+    const order = [...waiting, ...seen.filter((plot) => !waiting.includes(plot))];
+    this.waiting = order.map((plot) => [plot, () => plot.update(span, kept, now)]);
+    this.next();
+  }
+
+  next() {
+    this.waiting.shift()?.[1]();
   }
 }

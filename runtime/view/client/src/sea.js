@@ -64,7 +64,8 @@ void main() {
   vec3 n = normalize(vec3(-slope - fine, 1.0));
   float facing = max(dot(n, v), 0.0);
   float fresnel = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
-  fresnel = min(fresnel, 0.85);
+  // Waves hide each other where they are seen along the surface: a rough sea is no mirror there.
+  fresnel = min(fresnel, 0.62);
   vec3 r = reflect(-v, n);
   vec3 sky = mix(horizon, zenith, pow(clamp(r.z, 0.0, 1.0), 0.55));
   float lit = 0.5 + 0.5 * dot(n, sun);

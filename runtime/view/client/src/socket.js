@@ -9,7 +9,7 @@ const HEADER = 24;
 export class SocketSource extends Source {
   constructor(on) {
     super(on);
-    this.hasGraph = true;
+    this.hasGraph = this.hasSlots = true;
     this.wait = 300;
     this.socket = null;
   }

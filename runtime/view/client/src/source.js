@@ -17,13 +17,13 @@
 // It takes the commands `play`, `pause`, `step`, `reset`, `speed {value}`, `set {name, value}` (SI), and
 // `hand {device, position, orientation, gripper, buttons}`: the pose that the page gives the device of that name, in m and
 // in the axes of the device, which may be left to the scene again by `leave {device}`. Commands that
-// a source does not know are ignored; `hasGraph` says whether it knows `graph`, `watch {value}` (true or false: begin or end
-// `powers`) and `use {slot, part}` (another model, which arrives as another `scene`).
+// a source does not know are ignored; `hasGraph` says whether it knows `graph` and `watch {value}` (true or false: begin or
+// end `powers`), `hasSlots` whether it knows `use {slot, part}` (another model, which arrives as another `scene`).
 
 export class Source {
   constructor(on) {
     this.on = on;
-    this.hasGraph = false;
+    this.hasGraph = this.hasSlots = false;
   }
 
   start() {}

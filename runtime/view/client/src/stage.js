@@ -9,20 +9,38 @@ import { Sea } from "./sea.js";
 const SUN = new THREE.Vector3(0.48, -0.62, 0.62).normalize();
 const THEMES = {
   light: {
-    zenith: "#5b97d4", horizon: "#dbe7f0", ground: "#c9d3da", lines: "#8a99a6",
+    zenith: "#4e8fd6", horizon: "#dfeaf3", ground: "#d5dde3", lines: "#7f8f9d",
     deep: "#0c3c5e", shallow: "#2f7f9e", glint: "#fff4dc", sun: 2.6, sky: 0.85, exposure: 0.95,
   },
   dark: {
-    zenith: "#0a1220", horizon: "#33465a", ground: "#1a222c", lines: "#52657a",
+    zenith: "#0a1220", horizon: "#46607a", ground: "#1a222c", lines: "#52657a",
     deep: "#0a2436", shallow: "#1d5a76", glint: "#cfe2ff", sun: 1.9, sky: 0.5, exposure: 1.0,
   },
 };
 export const PRESETS = {
-  overview: [0.82, -1.1, 0.52],
+  overview: [0.82, -1.1, 0.31],
   front: [1, -0.0001, 0.12],
   side: [0.0001, -1, 0.12],
   above: [0.0001, -0.02, 1],
 };
+
+const HULL = 0.24; // of the way from a machine to the ends of its hull that an overview shows
+const MARGIN = 0.84; // of the picture that parts take at most
+
+// The distance from a centre at which the corners of a box are in the picture.
+function distanceTo(box, centre, direction, camera) {
+  const high = MARGIN * Math.tan((camera.fov * Math.PI) / 360);
+  const right = new THREE.Vector3(0, 0, 1).cross(direction).normalize();
+  const up = new THREE.Vector3().crossVectors(direction, right);
+  const corner = new THREE.Vector3();
+  let distance = 0;
+  for (let k = 0; k < 8; k++) {
+    corner.set(...["x", "y", "z"].map((axis, bit) => (k & (1 << bit) ? box.max : box.min)[axis])).sub(centre);
+    const across = Math.max(Math.abs(corner.dot(up)), Math.abs(corner.dot(right)) / camera.aspect);
+    distance = Math.max(distance, across / high + corner.dot(direction));
+  }
+  return distance;
+}
 
 const skyVertex = `varying vec3 d; void main() { d = position; gl_Position = projectionMatrix * mat4(mat3(viewMatrix)) * vec4(position, 1.0); gl_Position.z = gl_Position.w * 0.99999; }`;
 const skyFragment = `uniform vec3 zenith, horizon, sun, glow; varying vec3 d;
@@ -54,7 +72,7 @@ export class Stage {
     this.unit = 1; // a length that suits the scene: the radius of its bounds
     this.largest = 0;
     this.renderer = new THREE.WebGLRenderer({ antialias: !low, powerPreference: "high-performance" });
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.shadowMap.enabled = !low;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.canvas = this.renderer.domElement;
@@ -69,12 +87,12 @@ export class Stage {
     this.camera = new THREE.PerspectiveCamera(38, 1, 0.1, 10_000);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.enableDamping = true;
+    this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.controls.dampingFactor = 0.12;
     this.controls.maxPolarAngle = 0.53 * Math.PI;
     this.controls.addEventListener("start", () => (this.touched = true));
     this.lights();
-    this.fixed = new Map();
+    this.taken = [new THREE.Box3(), new THREE.Box3()]; // by a recorded run: by all parts, by the machine
     this.parts = description.shapes
       .map((shape) => ({ shape, drawn: part(shape, this, meshes) }))
       .filter(({ drawn }) => drawn);
@@ -99,15 +117,11 @@ export class Stage {
     this.resize();
   }
 
-  get isEmpty() {
-    return this.parts.length === 0 && !this.sea;
-  }
-
   lights() {
     this.hemisphere = new THREE.HemisphereLight(0xffffff, 0x445566, 0.6);
     this.sun = new THREE.DirectionalLight(0xfff3e0, 2.5);
     this.sun.castShadow = this.renderer.shadowMap.enabled;
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.setScalar(this.fine ? 4096 : 2048);
     this.sun.shadow.bias = -0.0004;
     this.scene.add(this.hemisphere, this.sun, this.sun.target);
     const uniforms = { zenith: {}, horizon: {}, glow: {}, sun: { value: SUN } };
@@ -145,7 +159,7 @@ export class Stage {
     this.hemisphere.color.set(t.horizon);
     this.hemisphere.intensity = (this.scene.environment ? 1 : 2.4) * t.sky;
     this.sun.intensity = t.sun;
-    this.scene.environmentIntensity = 0.5 * t.sky;
+    this.scene.environmentIntensity = 0.7 * t.sky;
     this.renderer.toneMappingExposure = t.exposure;
     if (this.sea) {
       for (const key of ["deep", "shallow", "horizon", "zenith", "glint"]) {
@@ -182,12 +196,29 @@ export class Stage {
     this.bounds = null;
   }
 
+  // Measures the space that a recorded run takes by some of its rows, so that no part leaves the picture.
+  survey(rows) {
+    for (const row of rows) {
+      this.show(row, 0);
+      this.scene.updateMatrixWorld(true);
+      for (const machine of [false, true]) this.taken[Number(machine)].union(this.box(machine));
+    }
+    this.look("overview");
+  }
+
+  // The box around the present parts; without the parts that have a hull, if there is a machine beside them.
+  box(machine = false) {
+    const hulls = new Set(machine ? this.parts.filter(({ shape }) => shape.kind === "hull").map(({ shape }) => shape.part) : []);
+    const box = new THREE.Box3();
+    for (const { shape, drawn } of this.parts) {
+      if (shape.kind !== "arrow" && !hulls.has(shape.part)) box.expandByObject(drawn.object);
+    }
+    return box;
+  }
+
   measure() {
     this.scene.updateMatrixWorld(true);
-    const bounds = new THREE.Box3();
-    for (const { shape, drawn } of this.parts) {
-      if (shape.kind !== "arrow") bounds.expandByObject(drawn.object);
-    }
+    const bounds = this.box().union(this.taken[0]);
     if (bounds.isEmpty()) return;
     this.bounds = bounds;
     const sphere = bounds.getBoundingSphere(new THREE.Sphere());
@@ -199,34 +230,30 @@ export class Stage {
     const { shadow } = this.sun;
     const reach = 1.35 * this.unit;
     Object.assign(shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * reach, far: 6 * reach });
-    shadow.normalBias = 0.0015 * this.unit;
+    // Two texels: enough against stripes on surfaces that the sun grazes.
+    shadow.normalBias = (4 * reach) / shadow.mapSize.x;
     shadow.camera.updateProjectionMatrix();
     if (this.ground) {
       const low = Math.min(0, bounds.min.z);
-      const cell = 10 ** Math.floor(Math.log10(0.35 * this.unit));
+      this.cell = 10 ** Math.floor(Math.log10(0.35 * this.unit));
       this.ground.scale.set(120 * this.unit, 120 * this.unit, 1);
       this.shade.scale.copy(this.ground.scale);
       this.ground.position.set(sphere.center.x, sphere.center.y, low - 0.002 * this.unit);
       this.shade.position.copy(this.ground.position).setZ(low - 0.001 * this.unit);
       const { uniforms } = this.ground.material;
-      uniforms.cell.value = cell;
+      uniforms.cell.value = this.cell;
       uniforms.reach.value = 9 * this.unit;
       uniforms.centre.value.set(sphere.center.x, sphere.center.y);
     }
   }
 
-  // What an overview shows: all parts, but of a hull under a smaller machine only what is near.
+  // The box that an overview shows: all parts, but of a hull under a smaller machine only what is near.
   framed() {
-    const whole = this.bounds.getBoundingSphere(new THREE.Sphere());
-    const others = new THREE.Box3();
-    for (const { shape, drawn } of this.parts) {
-      const hull = this.parts.some((p) => p.shape.kind === "hull" && p.shape.part === shape.part);
-      if (!hull && shape.kind !== "arrow") others.expandByObject(drawn.object);
-    }
-    if (others.isEmpty()) return whole;
-    const machine = others.getBoundingSphere(new THREE.Sphere());
-    const radius = Math.min(whole.radius, Math.max(1.25 * machine.radius, 0.66 * whole.radius));
-    return new THREE.Sphere(machine.center.lerp(whole.center, 0.18), radius);
+    const machine = this.box(true).union(this.taken[1]);
+    if (machine.isEmpty() || machine.equals(this.bounds)) return this.bounds;
+    machine.min.lerp(this.bounds.min, HULL);
+    machine.max.lerp(this.bounds.max, HULL);
+    return machine;
   }
 
   // Looks at the whole model from a preset direction.
@@ -235,15 +262,27 @@ export class Stage {
     this.preset = name;
     this.follow = null;
     this.measure();
-    const sphere = this.framed();
-    const half = Math.min(this.camera.fov / 2, (this.camera.fov / 2) * this.camera.aspect);
-    const distance = (0.86 * sphere.radius) / Math.sin((half * Math.PI) / 180);
+    const box = this.framed();
     const direction = new THREE.Vector3(...PRESETS[name]).normalize();
     // A ship is seen from astern, over the deck where cranes stand.
     const afloat = this.parts.some(({ shape }) => shape.kind === "hull");
     if (name === "overview" && afloat) direction.x *= -1;
-    this.controls.target.copy(sphere.center);
-    this.camera.position.copy(sphere.center).addScaledVector(direction, distance);
+    const centre = box.getCenter(new THREE.Vector3());
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(direction, distanceTo(box, centre, direction, this.camera));
+    this.controls.update();
+  }
+
+  // Turns the camera around what it shows, by angles, and moves it nearer or farther.
+  turn(around, up, distance = 1) {
+    this.touched = true;
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const radius = offset.length() * distance;
+    const azimuth = Math.atan2(offset.y, offset.x) + around;
+    const lowest = Math.PI / 2 - this.controls.maxPolarAngle;
+    const elevation = Math.min(1.56, Math.max(lowest, Math.asin(offset.z / offset.length()) + up));
+    offset.set(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    this.camera.position.copy(this.controls.target).addScaledVector(offset, radius);
     this.controls.update();
   }
 
@@ -318,6 +357,8 @@ export class Stage {
 
   picture() {
     this.draw();
-    return new Promise((done) => this.canvas.toBlob(done, "image/png"));
+    return new Promise((done, failed) => {
+      this.canvas.toBlob((blob) => (blob ? done(blob) : failed(new Error("the browser has no memory for it"))), "image/png");
+    });
   }
 }

@@ -9,13 +9,15 @@ export class Video {
   }
 
   // `done` gets the video and the ending of its file.
-  constructor(canvas, done) {
+  // `failed` gets the reason where the browser cannot go on; what was recorded until then is kept.
+  constructor(canvas, done, failed) {
     const type = Video.type;
     const parts = [];
     this.began = performance.now();
     this.stream = canvas.captureStream(60);
     this.recorder = new MediaRecorder(this.stream, { mimeType: type, videoBitsPerSecond: BITS });
     this.recorder.ondataavailable = ({ data }) => data.size && parts.push(data);
+    this.recorder.onerror = ({ error }) => failed(error);
     this.recorder.onstop = () => {
       this.stream.getTracks().forEach((track) => track.stop());
       const plain = type.split(";")[0];
