@@ -8,17 +8,19 @@ condition may exclude zero. Nor is one whose infinite value does not show, as 1/
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.algebra.expanded import expanded_text
+from bgc.diagnostics.catalogue import listed
 from bgc.ir.evaluated import always_evaluated
 from bgc.ir.graph import Node
 from bgc.ir.program import PositiveParameter, Program
 from bgc.ir.program_nodes import program_roots
 
 _LONGEST = 60  # characters of an expression in a message
+_MOST = 5  # parameters that a message lists in place of their expression
 
 
 def with_divisor_checks(program: Program) -> Program:
@@ -36,36 +38,36 @@ def with_divisor_checks(program: Program) -> Program:
         for node, finite in found.under(roots):
             if node in known or node in added:
                 continue
-            text = expanded_text(dag, node, _names(program), _LONGEST)
+            text = _text(program, node)
             if finite and text is None:
                 unnamed[node] = owner
                 continue
-            message = _message(text, owner, finite=finite)
+            message = _message(text or _some_of(program, [node]), owner, finite=finite)
             added[node] = PositiveParameter(node, message, strictly_positive=False, finite=finite)
-    checks = [*added.values(), *_together(dag, unnamed), *_whole_numbers(program)]
+    checks = [*added.values(), *_together(program, unnamed), *_whole_numbers(program)]
     return replace(program, positive=(*program.positive, *checks)) if checks else program
 
 
-def _together(dag: Dag, unnamed: Mapping[Node, str]) -> list[PositiveParameter]:
+def _together(program: Program, unnamed: Mapping[Node, str]) -> list[PositiveParameter]:
     """One check of all expressions that are too long for a message, such as those of an inverse."""
     if not unnamed:
         return []
+    dag = program.dag
     total = dag.sum(dag.call(Op.ABS, node) for node in unnamed)
-    message = _message(None, next(iter(unnamed.values())), finite=True)
+    message = _message(_some_of(program, unnamed), next(iter(unnamed.values())), finite=True)
     return [PositiveParameter(total, message, strictly_positive=False, finite=True)]
 
 
 def _whole_numbers(program: Program) -> Iterator[PositiveParameter]:
     """Check the seeds and indices of `random`, which is undefined for other than whole numbers."""
-    dag, names = program.dag, _names(program)
+    dag = program.dag
     drawn = [n for n in dag.reachable(program_roots(program)) if dag.op[n] == Op.RANDOM]
     for what, operands in (("seed", dag.a), ("index", dag.b)):
         for node in dict.fromkeys(operands[n] for n in drawn):
             if dag.level[node] != Level.PARAM:
                 continue
-            text = expanded_text(dag, node, names, _LONGEST)
-            shown = "an expression of parameters" if text is None else f"`{text}`"
-            message = f"{shown} must be a whole number: it is the {what} of `random`"
+            text = _text(program, node) or _some_of(program, [node])
+            message = f"{text} must be a whole number: it is the {what} of `random`"
             finite = dag.call(Op.RANDOM, node, dag.zero)
             yield PositiveParameter(finite, message, strictly_positive=False, finite=True)
 
@@ -92,19 +94,33 @@ def _equations(program: Program) -> Iterator[tuple[str, Sequence[Node]]]:
     yield "the mass matrix", [entry.value for entry in program.mass or ()]
 
 
-def _message(text: str | None, owner: str, *, finite: bool) -> str:
-    what = "an expression of parameters" if text is None else f"`{text}`"
+def _message(text: str, owner: str, *, finite: bool) -> str:
     if finite:
-        return f"{what} must be finite, but divides by zero: {owner} needs it"
-    return f"{what} must not be zero: {owner} divides by it"
+        return f"{text} must be finite, but divides by zero: {owner} needs it"
+    return f"{text} must not be zero: {owner} divides by it"
 
 
-def _names(program: Program) -> Callable[[Symbol], str]:
+def _text(program: Program, node: Node) -> str | None:
+    """The expression for a message, None where it is too long."""
+
     def name(symbol: Symbol) -> str:
         assert symbol.kind is Kind.PARAM
         return program.parameters[symbol.index].name
 
-    return name
+    text = expanded_text(program.dag, node, name, _LONGEST)
+    return None if text is None else f"`{text}`"
+
+
+def _some_of(program: Program, nodes: Iterable[Node]) -> str:
+    """The parameters of expressions that are too long for a message, vectors by their names."""
+    dag = program.dag
+    indices = sorted(
+        symbol.index
+        for node in dag.reachable(nodes)
+        if (symbol := dag.symbol_of(node)) is not None and symbol.kind is Kind.PARAM
+    )
+    names = dict.fromkeys(program.parameters[k].name.split("[")[0] for k in indices)
+    return f"an expression of {listed(list(names), _MOST)}"
 
 
 class _Search:

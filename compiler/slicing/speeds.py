@@ -50,7 +50,7 @@ def _adopted(dag: Dag, other: Dag, values: Mapping[int, Node]) -> list[Node]:
 
 
 def _moving(dag: Dag, values: Sequence[Node], residuals: Sequence[Node]) -> SpeedEquations | None:
-    """The equations of the flows that vary, with their symbols numbered anew."""
+    """The equations of the flows that vary, with their symbols renumbered."""
     fingerprints = Fingerprints(dag)
     simple = [fingerprints.simplified(node) for node in values]
     kept = [k for k, node in enumerate(simple) if dag.level[node] > Level.PARAM]

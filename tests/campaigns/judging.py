@@ -149,7 +149,7 @@ def _badly_formatted(path: Path) -> str:
 def run_briefly(path: Path, seconds: float = CPU_SECONDS) -> Verdict:
     """Compile the first scene to a shared object and run it in a child process.
 
-    A run that takes longer than the limit is `slow`, which is no fault: a model may ask for it.
+    A run that takes longer than the limit is `slow`, which is not a fault: a model may ask for it.
     """
     reading, writing = os.pipe()
     child = os.fork()

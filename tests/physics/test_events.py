@@ -135,7 +135,7 @@ def test_friction_slides_and_turns_but_what_sticks_ends_the_run(load, arguments)
 
 @pytest.mark.parametrize("solver", ["rodas5p", "radau5"])
 def test_a_law_that_is_undefined_beyond_its_switch(load, solver):
-    """In the mode of a full tank, its root is no number as soon as the tank is empty."""
+    """In the mode of a full tank, its root is not a number as soon as the tank is empty."""
     result = load("events", "tank").simulate(solver=solver, rtol=1e-8)
     exact = np.clip(1 - result.time / 2, 0, None) ** 2
     np.testing.assert_allclose(result["level"], exact, atol=1e-6)

@@ -93,7 +93,7 @@ def test_brusselator_with_diffusion() -> None:
 
 
 def test_medical_akzo_switches_its_supply_off_and_needs_no_pivoting() -> None:
-    """Values of the test set for y79, y199 and y200; underflow is no fault of the pivots."""
+    """Values of the test set for y79, y199 and y200; underflow is not a fault of the pivots."""
     result = compiled("medical_akzo").simulate(rtol=1e-7, atol=1e-9)
     found = [result["u[40]"][-1], result["u[100]"][-1], result["v[100]"][-1]]
     exact = [0.2339942217046434e-3, 0.11737412926802e-3, 0.61908071460151e-5]

@@ -166,7 +166,7 @@ def test_the_limits_hold_for_the_values_of_a_run(wall, proxy):
         run(wall, K=1.001 * most / 4, hand__mass=MASS / 4)
     with pytest.raises(BgError, match="BG472"):
         run(wall, K=1.001 * most / 4, tie__period=2 * T)
-    # With .1 kg behind it, of which the port knows by the model alone.
+    # With 0.1 kg behind it, which the port finds in the model.
     reduced = MASS * 0.1 / (MASS + 0.1)
     run(proxy, K=0.99 * most * reduced / MASS)
     with pytest.raises(BgError, match=r"against 0.1 kg"):

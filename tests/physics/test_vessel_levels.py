@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from ships_at_speed import speed_terms
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
@@ -94,3 +95,27 @@ def test_heave_alone_is_the_same_in_three_and_six_degrees_of_freedom(load):
         0.4 * np.exp(-decay * time) * (np.cos(omega * time) + decay / omega * np.sin(omega * time))
     )
     np.testing.assert_allclose(z, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("speed", [0.0, 7.0])
+def test_modes_under_way_are_those_of_kirchhoffs_equations(load, speed):
+    """Matrices without any symmetry of a hull: every term of speed counts."""
+    rng = np.random.default_rng(5)
+
+    def definite(*scales: float) -> np.ndarray:
+        drawn = rng.normal(size=(6, 6))
+        scale = np.diag(np.sqrt(scales))
+        return scale @ (drawn @ drawn.T / 6 + np.eye(6)) @ scale
+
+    A = definite(1e5, 1e6, 2e6, 1e7, 1e8, 1e8)
+    D = definite(1e4, 1e4, 1e6, 1e7, 1e8, 1e8)
+    M = np.diag([2e6, 2e6, 2e6, 1e8, 1e9, 1e9]) + A
+    B, C = speed_terms(A, D, speed)
+    C += np.diag([1e7, 1e8, 5e9])
+    rates = -np.linalg.solve(M[2:5, 2:5], np.hstack([C, B]))
+    expected = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((3, 3)), np.eye(3)]), rates]))
+    given = {"vessel.M_A": A, "vessel.D": D, "vessel.speed": speed, "vessel.r0": [0, 0, 0]}
+    found = load("vessel_levels", "under_way").eigenvalues(parameters=given)
+    np.testing.assert_allclose(
+        np.sort_complex(found), np.sort_complex(expected), rtol=1e-5, atol=1e-6
+    )

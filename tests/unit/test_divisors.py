@@ -131,6 +131,7 @@ def test_a_long_expression_is_checked_as_well(compiled):
     zeros = {"k[1]": -1.0, "k[2]": 0.0, "k[3]": 0.0, "X": 1.0}
     (diagnostic,) = codes(model.simulate, parameters=zeros)
     assert diagnostic.code == "BG707"
+    assert "an expression of `X` and `k` must not be zero" in diagnostic.message
 
 
 @pytest.mark.parametrize("solver", [{}, {"solver": "ros34prw", "step": 0.01}])

@@ -252,6 +252,7 @@ def test_every_port_and_value_that_a_part_shows_has_its_text(name):
     assert [item.name for item in shown if not parts.text_of(item, declared)] == []
 
 
+@pytest.mark.slow
 def test_the_declarations_that_a_search_finds_are_those_of_the_files():
     for module in library_modules():
         file = load(module_path(module)).root.file

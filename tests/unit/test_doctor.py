@@ -1,6 +1,7 @@
 import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import PackageNotFoundError, metadata, version
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,21 @@ def test_missing_packages_are_named(monkeypatch):
     monkeypatch.setattr(machine, "find_spec", lambda name: None if name == "lark" else name)
     packages = named(examine(), "Python packages")
     assert (packages.health, packages.remedy) == (Health.MISSING, "pip install lark")
+
+
+def test_each_extra_has_its_packages_or_the_way_to_them(monkeypatch):
+    """A new extra of the distribution needs a line that says what it is for."""
+    extras = metadata("bgc-lang").get_all("Provides-Extra")
+    assert {*machine._EXTRAS} == {*extras} - {"dev", "site", "test"}
+    assert named(examine(), "pandas").found == f"pandas {version('pandas')}"
+
+    def missing(name: str) -> str:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr(machine, "version", missing)
+    found = named(examine(), "lsp")
+    assert (found.health, found.found) == (Health.OPTIONAL, "not installed")
+    assert found.remedy == 'pip install "bgc-lang[lsp]", for `bgc lsp`'
 
 
 def test_the_report_puts_remedies_below_what_they_are_for():

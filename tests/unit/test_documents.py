@@ -1,6 +1,7 @@
 """Documents from templates: what is escaped, and what a page of a trade holds."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import jinja2
 import pytest
@@ -78,3 +79,12 @@ def test_every_template_is_used():
     for template in folder.glob("*.j2"):
         kind = template.name.partition(".")[0]
         assert template.name in sources or f'"{kind}": ' in sources
+
+
+def test_characters_that_xml_cannot_have_are_replaced():
+    """A parameter's `///` text may have them; an importer then refuses the model description."""
+    text = render_template(
+        "osp_model.xml.j2", groups=[{"name": "a\x01\uffff<é🏗", "members": ["\x0b"]}]
+    )
+    (group,) = ElementTree.fromstring(text)[0]
+    assert group.get("name") == "a\ufffd\ufffd<é🏗" and group[0].get("ref") == "\ufffd"
