@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 
+from bgc.building.temporary import temporary_folder
 from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
 from bgc.diagnostics.diagnostic import BgError
 
@@ -26,7 +27,7 @@ ZIGLANG = (sys.executable, "-P", "-m", "ziglang", "cc")
 COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
 RUNTIME_FLAGS = ("-O3", *COMMON_FLAGS, "-ffp-contract=fast")
 # As fast as -O3 in half to two thirds of its compile time; gcc before 12 does not vectorise at -O2
-# unless it is told to.
+# unless it is set to.
 LOOP_FLAGS = ("-O2", "-ftree-vectorize", *COMMON_FLAGS, "-ffp-contract=fast")
 LIGHT_FLAGS = ("-O1", *COMMON_FLAGS, "-ffp-contract=fast")
 
@@ -104,7 +105,8 @@ class Toolchain:
     ) -> subprocess.CompletedProcess[str]:
         """Run the compiler in a directory; return its output and errors as one text.
 
-        The process is one of the compilations `among` which it runs.
+        The process is one of the compilations `among` which it runs. Its own temporary files are in
+        that directory too, so that a compiler which is killed leaves none behind.
         """
         command = [*self.command, *arguments]
         among = among or Compilations()
@@ -118,7 +120,7 @@ class Toolchain:
                 text=True,
                 errors="replace",
                 # Diagnostics quote the compiler, so it has to answer in English.
-                env={**os.environ, "LC_ALL": "C"},
+                env={**os.environ, "LC_ALL": "C", "TMPDIR": str(directory.absolute())},
             ) as process:
                 among.add(process)
                 try:
@@ -159,11 +161,11 @@ def find_toolchain() -> Toolchain:
 
 def try_compiler(toolchain: Toolchain, flags: tuple[str, ...] = RUNTIME_FLAGS) -> str:
     """Build a trivial shared object; return the compiler's complaint, empty if there is none."""
-    with tempfile.TemporaryDirectory(prefix="bgc-") as place:
-        (Path(place) / "probe.c").write_text(_PROBE, encoding="utf-8")
+    with temporary_folder() as place:
+        (place / "probe.c").write_text(_PROBE, encoding="utf-8")
         arguments = (*flags, "-shared", "probe.c", "-o", "probe.so", "-lm")
-        done = toolchain.run(arguments, Path(place))
-        if done.returncode == 0 and not (Path(place) / "probe.so").is_file():
+        done = toolchain.run(arguments, place)
+        if done.returncode == 0 and not (place / "probe.so").is_file():
             return NO_FILE
     return done.stdout.strip() or f"status {done.returncode}" if done.returncode else ""
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import platform
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 
+from bgc.building.temporary import temporary_folder
 from bgc.building.toolchain import NO_FILE, ZIGLANG, Toolchain, find_toolchain, identify
 from bgc.diagnostics.catalogue.fmus import (
     platform_needs_zig,
@@ -78,15 +77,14 @@ def build_binaries(source: str, platforms: Sequence[Platform]) -> dict[str, byte
     """Compile a C file for several platforms; returns the binaries by the platforms' names.
 
     Raises BgError: BG751 where another platform is asked for without ziglang, BG752 with the
-    compiler's reason where one does not build.
+    compiler's reason where one does not build, BG642 without space for temporary files.
     """
     return {each.name: _build(source, each) for each in platforms}
 
 
 def _build(source: str, wanted: Platform) -> bytes:
     toolchain, target = _compiler_for(wanted)
-    with tempfile.TemporaryDirectory(prefix="bgc-") as place:
-        work = Path(place)
+    with temporary_folder() as work:
         (work / "fmu.c").write_text(source, encoding="utf-8")
         made = work / f"fmu.{wanted.ending}"
         flags = [*_FLAGS, *target]

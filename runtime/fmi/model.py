@@ -146,7 +146,7 @@ def _starting_point(loaded: LoadedModel, method: Method) -> tuple[list[float], A
         with loaded.started(method, bool(loaded.accounts)) as instance:
             size = instance.library.model.n_param
             values = [instance.parameter(k) for k in range(size)]
-            return values, np.array(instance.state), np.array(instance.scale)
+            return values, instance.start_values(), np.array(instance.scale)
     instance = loaded.instance_at(None, 0.0)
     values = [instance.parameter(k) for k in range(instance.library.model.n_param)]
     return values, None, np.array(instance.scale)

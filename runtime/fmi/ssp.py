@@ -8,13 +8,13 @@ are only the inputs that were asked for: libcosim refuses a system that has any.
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 from bgc.algebra.dag import Level
+from bgc.building.temporary import temporary_folder
 from bgc.diagnostics.catalogue.systems import (
     connected_twice,
     connection_mismatch,
@@ -227,8 +227,8 @@ def write_system(system: System, platforms: Sequence[Platform], folder: Path) ->
     """
     entries = {"SystemStructure.ssd": system_structure(system).encode()}
     for part in system.parts:
-        with tempfile.TemporaryDirectory(prefix="bgc-") as place:
-            (fmu, *_) = write_fmu(part.model, platforms, Path(place))
+        with temporary_folder() as place:
+            (fmu, *_) = write_fmu(part.model, platforms, place)
             entries[f"resources/{part.name}.fmu"] = fmu.read_bytes()
         entries[f"resources/{part.name}.ssv"] = parameter_set(part).encode()
     goal = folder / f"{system.name}.ssp"

@@ -105,7 +105,7 @@ def variable_table(
     inputs
         The inputs after those of the devices.
     timeless
-        Whether the time is no variable of the model description: FMI 2 permits that, and the FMI
+        Whether the time is missing from the model description: FMI 2 permits that, and the FMI
         Library would ask for its start value.
     """
     names: set[str] = {"time"}

@@ -161,6 +161,12 @@ def test_a_compiler_that_does_not_work_is_told_from_bad_code(cache, tmp_path):
     assert "math.h" in diagnostic.note
 
 
+def test_temporary_files_of_a_compiler_vanish_with_its_folder(tmp_path):
+    """A compiler that is killed leaves its `.s` and `.o` files there: megabytes of a model."""
+    done = Toolchain(("sh", "-c", 'mktemp "$TMPDIR/cc.XXXXXX"'), "cc", "").run((), tmp_path)
+    assert Path(done.stdout.strip()).parent == tmp_path
+
+
 def test_a_full_disk_is_named_as_such(cache, tmp_path):
     script = tmp_path / "cc"
     script.write_text("#!/bin/sh\necho 'cannot write x.o: No space left on device'\nexit 1\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -20,12 +21,13 @@ from fmpy.validation import validate_fmu
 import bgc
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.building.toolchain import Toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.fmi import binaries
-from bgc.runtime.fmi.binaries import PLATFORMS, binary_folders, host_platform, read_platforms
+from bgc.runtime.fmi.binaries import PLATFORMS, host_platform, read_platforms
 from bgc.runtime.fmi.export import write_fmu
 from bgc.runtime.fmi.inputs import ChosenInputs
 from bgc.runtime.fmi.model import prepare_model
@@ -428,26 +430,6 @@ def test_the_sources_build_as_they_are(made, tmp_path):
     assert np.array_equal(before["where"], after["where"])
 
 
-def test_a_library_scene_replays_its_device_in_fmi_3(tmp_path, monkeypatch):
-    """The road comes from a trace: the FMU gets what the driver gave at each sample.
-
-    By the functions of `tests/bench/fmus.py`, which goes through all scenes of the library.
-    """
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "bench"))
-    import fmus
-
-    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
-    path = fmus.LIBRARY / "examples" / "quarter_car.bg"
-    times, rows, period, fed = fmus.native(path, "on_track")
-    fmu, table, columns, residual = fmus.exported(path, "on_track", 3, tmp_path / "fmu")
-    assert validate_fmu(str(fmu)) == []
-    unit = fmus.unit_of(fmu, table, tmp_path / "unpacked", period, fed)
-    assert period == 1e-3 and np.ptp(fed) > 0.01
-    found, wanted = unit.rows(times[:301]), rows[:301, columns]
-    assert fmus.differences(found, wanted, residual).max() < 1e-9
-    assert unit.rolls_back(times[:61])
-
-
 def test_files_beside_the_fmu(made):
     """The reference is what the FMU computes; the groups for OSP name all inputs and outputs."""
     folder = made.folder / "decay"
@@ -471,14 +453,6 @@ def test_files_beside_the_fmu(made):
     assert {"pull", "where", "hand.force", "energy.residual"} <= members.keys()
 
 
-def test_binaries_lie_where_importers_look_for_them():
-    two, three = (
-        [*binary_folders(read_platforms(names), version).values()]
-        for names, version in (("linux64,linux-aarch64,darwin-aarch64,win64", 2), ("win64", 3))
-    )
-    assert two == ["linux64", "win64", "aarch64-linux", "darwin64"] and three == ["x86_64-windows"]
-
-
 def refused(arguments: list[str]) -> str:
     result = CliRunner().invoke(application, ["build", *arguments])
     assert result.exit_code != 0
@@ -499,6 +473,10 @@ def test_refusals(made, tmp_path, monkeypatch):
     assert "BG751" in refused([*fmu, "--platforms", other])
     monkeypatch.setattr(binaries, "_FLAGS", ("-no-such-flag",))
     assert "BG752" in refused(fmu)
+    with monkeypatch.context() as patch:
+        patch.setattr(tempfile, "tempdir", str(tmp_path / "full"))
+        patch.setattr(binaries, "find_toolchain", lambda: Toolchain(("cc",), "gcc", ""))
+        assert f"BG642]: cannot write temporary files in {tmp_path / 'full'}" in refused(fmu)
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "taken").write_text("a file")
     assert "BG055" in refused([*fmu[:-1], str(tmp_path / "taken" / "inside")])

@@ -104,24 +104,76 @@ def test_fmpy_runs_the_system(archive):
     assert np.ptp(wanted) > 0.2
 
 
+def run_by_libcosim(start, plant: str, steps: int) -> float:
+    """Run a system that `start` opens; return the last `place[1]` of its part `plant`."""
+    observers = pytest.importorskip("libcosimpy.CosimObserver")
+    run = start(pytest.importorskip("libcosimpy.CosimExecution").CosimExecution)
+    observer = observers.CosimObserver.create_last_value()
+    run.add_observer(observer)
+    (slave,) = [s.index for s in run.slave_infos() if s.name == plant.encode()]
+    (place,) = [v.reference for v in run.slave_variables(slave) if v.name == b"place[1]"]
+    assert run.simulate_until(target_time=steps * int(STEP * 1e9))
+    (found,) = observer.last_real_values(slave_index=slave, variable_references=[place])
+    return found
+
+
 def test_libcosim_runs_the_system_with_its_parameter_set(archive, tmp_path):
     """The stiffness is changed in the set: libcosim applies it. The first force is exchanged."""
-    cosim = pytest.importorskip("libcosimpy.CosimExecution")
-    observers = pytest.importorskip("libcosimpy.CosimObserver")
     with ZipFile(archive) as files:
         files.extractall(tmp_path)
     values = tmp_path / "resources" / "spring_loop_plant.ssv"
     values.write_text(values.read_text().replace("40.0", "80.0"))
-    run = cosim.CosimExecution.from_ssp_file(ssp_path=str(tmp_path))
-    observer = observers.CosimObserver.create_last_value()
-    run.add_observer(observer)
-    (plant,) = [s.index for s in run.slave_infos() if s.name == b"spring_loop_plant"]
-    (place,) = [v.reference for v in run.slave_variables(plant) if v.name == b"place[1]"]
     steps = 200
-    assert run.simulate_until(target_time=steps * int(STEP * 1e9))
-    (found,) = observer.last_real_values(slave_index=plant, variable_references=[place])
-    first = -60.0 * 0.1
-    assert found == pytest.approx(exact(steps, first, goals(steps), 80.0)[-1], abs=1e-7)
+    found = run_by_libcosim(
+        lambda execution: execution.from_ssp_file(ssp_path=str(tmp_path)),
+        "spring_loop_plant",
+        steps,
+    )
+    assert found == pytest.approx(exact(steps, -60.0 * 0.1, goals(steps), 80.0)[-1], abs=1e-7)
+
+
+OSP_SYSTEM = """<?xml version="1.0" encoding="utf-8"?>
+<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure" version="0.1">
+  <BaseStepSize>0.01</BaseStepSize>
+  <Algorithm>fixedStep</Algorithm>
+  <Simulators>
+    <Simulator name="spring" source="spring_loop_plant.fmu">
+      <InitialValues>
+        <InitialValue variable="k"><Real value="80"/></InitialValue>
+      </InitialValues>
+    </Simulator>
+    <Simulator name="loop" source="spring_loop_loop.fmu"/>
+  </Simulators>
+  <Connections>
+    <VariableGroupConnection>
+      <VariableGroup simulator="spring" name="place"/>
+      <VariableGroup simulator="loop" name="at"/>
+    </VariableGroupConnection>
+    <VariableGroupConnection>
+      <VariableGroup simulator="loop" name="force"/>
+      <VariableGroup simulator="spring" name="push"/>
+    </VariableGroupConnection>
+  </Connections>
+</OspSystemStructure>
+"""
+
+
+def test_libcosim_connects_the_groups_of_two_fmus(tmp_path, monkeypatch):
+    """A system of OSP: its connections name groups, which only the files beside the FMUs have."""
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    for scene, name in (("plant", "push"), ("loop", "at")):
+        build(tmp_path, "--target", "fmu2", "--input", name, scene=scene)
+    (tmp_path / "OspSystemStructure.xml").write_text(OSP_SYSTEM)
+    steps = 200
+
+    def start(execution):
+        return execution.from_osp_config_file(osp_path=str(tmp_path))
+
+    wanted = exact(steps, -60.0 * 0.1, goals(steps), 80.0)[-1]
+    assert run_by_libcosim(start, "spring", steps) == pytest.approx(wanted, abs=1e-7)
+    (tmp_path / "spring_loop_loop_OspModelDescription.xml").unlink()
+    with pytest.raises(AssertionError, match="extended model description for loop"):
+        start(pytest.importorskip("libcosimpy.CosimExecution").CosimExecution)
 
 
 def test_an_input_of_the_system(tmp_path, monkeypatch):
