@@ -20,6 +20,7 @@ from pathlib import Path
 from check_links import broken_links
 from figures import benchmarks, paper
 from pages import Links, Page, anchors_of, one_page, pages_by_heading, written
+from python_api import python_pages
 
 from bgc.diagnostics.catalogue.pages import topics
 from bgc.reference.library import declarations
@@ -67,6 +68,7 @@ def write_pages(
         "Tutorials": _tutorials(),
         "Manual": _manual(),
         "Library": _library(),
+        "Python": python_pages(),
         "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
         "Figures of the paper": paper(),
         "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"),

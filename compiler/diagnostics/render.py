@@ -38,6 +38,11 @@ def render(diagnostics: Iterable[Diagnostic], *, colour: bool) -> str:
     return "\n".join(_one(diagnostic, paint) for diagnostic in diagnostics)
 
 
+def excerpt(diagnostic: Diagnostic) -> str:
+    """Render the places of a diagnostic with their lines; empty where it has none."""
+    return "\n".join(_excerpts(diagnostic, Severity.ERROR, _Paint(False)))
+
+
 def escaped(text: str) -> str:
     r"""Write characters that a terminal would obey as escapes: controls, marks of direction.
 
@@ -68,19 +73,30 @@ class _Paint:
 
 def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
     colour = _COLOUR_OF[diagnostic.severity]
+    gutter = _gutter(diagnostic)
     head = paint(colour, f"{diagnostic.severity.value}[{diagnostic.code}]")
     lines = [f"{head}{paint(_BOLD, f': {escaped(diagnostic.message)}')}"]
-    places = _places(diagnostic)
-    gutter = max((_gutter_width(place.span) for place in places), default=1)
-    for at, (source, group) in enumerate(_by_source(places)):
-        main = diagnostic.span if at == 0 else None
-        lines += _excerpt(source, group, main, gutter, colour, paint)
+    lines += _excerpts(diagnostic, diagnostic.severity, paint)
     for word, text in (("note", diagnostic.note), ("help", diagnostic.help)):
         if text:
             first, *more = map(escaped, text.expandtabs(_TAB).split("\n"))
             lines.append(f"{' ' * gutter} {paint(_BLUE, '=')} {paint(_BOLD, word)}: {first}")
             lines += [f"{' ' * (gutter + len(word) + 5)}{line}" for line in more]
     return "\n".join(lines) + "\n"
+
+
+def _gutter(diagnostic: Diagnostic) -> int:
+    """Return the columns that the numbers of its lines take."""
+    return max((_gutter_width(place.span) for place in _places(diagnostic)), default=1)
+
+
+def _excerpts(diagnostic: Diagnostic, severity: Severity, paint: _Paint) -> list[str]:
+    """Show the lines of all its places, file by file."""
+    lines: list[str] = []
+    for at, (source, group) in enumerate(_by_source(_places(diagnostic))):
+        main = diagnostic.span if at == 0 else None
+        lines += _excerpt(source, group, main, _gutter(diagnostic), _COLOUR_OF[severity], paint)
+    return lines
 
 
 def _places(diagnostic: Diagnostic) -> list[Label]:

@@ -1,6 +1,6 @@
 """Colours of the language for editors: from the grammar's terminals and the tables of its words.
 
-After a change of the grammar, the words, the elements or the functions, write the files anew:
+After a change of the grammar, the words, the elements or the functions, write the files again:
 `python -m bgc.runtime.editor.colours`. A test compares them.
 """
 

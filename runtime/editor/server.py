@@ -308,7 +308,7 @@ def _add_edits(server: Server) -> None:
         types.TEXT_DOCUMENT_CODE_ACTION,
         types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix]),
     )
-    def mended(params: types.CodeActionParams) -> list[types.CodeAction]:
+    def corrected(params: types.CodeActionParams) -> list[types.CodeAction]:
         path = server.path_of(params.text_document.uri)
         places = server.places()
         found: list[types.CodeAction] = []

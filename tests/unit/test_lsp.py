@@ -200,9 +200,11 @@ async def a_session(folder: Path) -> None:
     assert len(colours.data) % 5 == 0 and len(colours.data) > 50
     drawn = await client.protocol.send_request_async("bgc/graph", {"uri": uri})
     assert drawn.message.startswith("BG301") and not drawn.svg  # the text has an error
-    mended = types.TextDocumentContentChangePartial(whole, note)
+    corrected = types.TextDocumentContentChangePartial(whole, note)
     client.text_document_did_change(
-        types.DidChangeTextDocumentParams(types.VersionedTextDocumentIdentifier(3, uri), [mended])
+        types.DidChangeTextDocumentParams(
+            types.VersionedTextDocumentIdentifier(3, uri), [corrected]
+        )
     )
     drawn = await client.protocol.send_request_async("bgc/graph", {"uri": uri})
     assert not drawn.message and drawn.scene == "step" and drawn.scenes == ["step"]

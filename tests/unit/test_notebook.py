@@ -134,6 +134,40 @@ def test_reprs_and_keys(model, result):
     assert "<table" in linear._repr_html_() and "2 states" in repr(linear)
 
 
+def test_what_analysis_and_studies_return_shows_tables_or_one_line(model):
+    assert "control" in dir(bgc) and bgc.control.margins
+    loop = model.linearise(["supply.e"], ["capacitor.e"])
+    margins = bgc.control.margins(loop)
+    study = model.sweep({"R": "1..10 ohm:9"}, ["max(capacitor.e)"])
+    for shown, word in (
+        (margins, "the closed loop is stable"),
+        (study.statistics(), "statistics over 9 runs"),
+        (study.sensitivity(), "rank correlation"),
+        (model.optimise({"R": "1..3 ohm"}, minimise="max(capacitor.e)", runs=9), "best design"),
+    ):
+        assert word in repr(shown) and "array(" not in repr(shown)
+        assert word in shown._repr_html_() and "<table" in shown._repr_html_()
+    for line in (
+        bgc.control.frequency_response(loop),
+        bgc.control.step_response(loop),
+        bgc.control.root_locus(loop),
+        model.symbolic(),
+    ):
+        assert repr(line).startswith("<bgc ") and len(repr(line)) < 100
+    latex = model.equations._repr_latex_()
+    assert "%" not in latex and latex.splitlines()[0] == "equations"
+
+
+def test_python_control_gets_names_without_dots(model):
+    system = model.linearise(["supply.e"], ["capacitor.e", "loop.f"]).to_ss("control")
+    assert system.input_labels == ["supply_e"]
+    assert system.output_labels == ["capacitor_e", "loop_f"]
+    assert system.state_labels == ["coil_p", "capacitor_q"]
+    linear = model.linearise(["supply.e"], ["capacitor.e"])
+    twice = replace(linear, outputs=("a.b", "a_b"), C=np.eye(2), D=np.zeros((2, 1)))
+    assert twice.to_ss("control").output_labels == ["a_b_0", "a_b_1"]
+
+
 def test_exports_hold_the_values_and_their_units(model, result):
     data = result.to_xarray()
     assert np.array_equal(data["capacitor.e"], result["capacitor.e"])

@@ -136,8 +136,8 @@ def test_colour_changes_nothing_but_the_colour() -> None:
 
 
 def test_an_exception_tells_place_code_and_way_out():
-    error = BgError([diagnostic(at(RLC, "I(L)"), help="mend it"), diagnostic(None)])
-    assert str(error) == "rlc.bg:3:10: BG201: what is wrong (mend it)\nBG201: what is wrong"
+    error = BgError([diagnostic(at(RLC, "I(L)"), help="correct it"), diagnostic(None)])
+    assert str(error) == "rlc.bg:3:10: BG201: what is wrong (correct it)\nBG201: what is wrong"
 
 
 @pytest.mark.parametrize(

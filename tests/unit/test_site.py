@@ -1,5 +1,7 @@
 """The pages of the site: every link of the repository's Markdown leads somewhere in it."""
 
+import inspect
+import re
 import sys
 from pathlib import Path
 
@@ -16,6 +18,10 @@ from curves_page import Point, exponent  # noqa: E402
 from figures import benchmarks, read_points  # noqa: E402
 from make import configuration, write_pages  # noqa: E402
 from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
+from python_api import TOPICS, documented, found, python_pages, shown_name  # noqa: E402
+
+import bgc  # noqa: E402
+from bgc.runtime import control  # noqa: E402
 
 MANUAL = """\
 # Manual
@@ -102,3 +108,37 @@ def test_growth_is_the_exponent_of_the_size():
     points = [Point("rates", "arm", "our f", n, 3.0 * n**1.5, "here") for n in (4, 8, 16)]
     assert abs(exponent(points) - 1.5) < 1e-12
     assert exponent(points[:1]) is None
+
+
+def test_every_public_name_of_python_has_a_text_that_explains_its_arguments():
+    """An argument is named in the docstring; a `path` or a `name` explains itself."""
+    every = [name for _, _, names in TOPICS for name in names]
+    assert {f"bgc.{name}" for name in bgc.__all__} <= {*every, "bgc.control"}
+    assert {f"bgc.runtime.control.{name}" for name in control.__all__} <= set(every)
+    for where in every:
+        thing = found(where)
+        members = dict(documented(thing)) if inspect.isclass(thing) else {"": thing}
+        assert inspect.getdoc(thing)
+        for name, member in members.items():
+            text = inspect.getdoc(member)
+            assert text, f"{where}.{name} has no docstring"
+            given = inspect.signature(member).parameters if inspect.isfunction(member) else ()
+            for argument in set(given) - {"self", "path", "name", "file"}:
+                assert re.search(rf"\b{argument}\b", text), f"{where}.{name}: {argument}"
+
+
+def test_pages_of_python_have_signatures_definitions_and_examples():
+    pages = {page.path: "\n".join(page.lines) for page in python_pages()}
+    text = pages["python/model.md"]
+    assert "start: Literal['rest', 'given'] | None = None,\n" in text
+    assert "`solver`, `rtol`, `atol`, `step`, `max_step`\n:   Method and its options" in text
+    assert "[BG760](../diagnostics.md#bg760)" in text
+    assert '```python\nresult = model.simulate("2 s", parameters={"R": "5 ohm"})\n' in text
+    assert "doctest" not in text and ">>>" not in text
+    assert "### `parameters`" not in text and "Run-time parameters by name" in text  # inherited
+    assert "instance_at" not in text  # for other modules
+    assert "## `control.margins` {#control-margins}" in pages["python/control.md"]
+    for name in ("Quantity", "ParameterValue", "Inputs", "Vary"):
+        assert f"\n`{name}`\n:   " in pages["python/index.md"]
+    shown = [shown_name(name) for _, _, names in TOPICS for name in names]
+    assert len(set(shown)) == len(shown)

@@ -58,7 +58,7 @@ def info(
     help: str = "",
     edits: Sequence[Edit] = (),
 ) -> Diagnostic:
-    """Make a diagnostic that reports a fact, and is no warning in strict mode either."""
+    """Make a diagnostic that reports a fact, and is not a warning in strict mode either."""
     return Diagnostic(code, Severity.INFO, message, span, note, tuple(labels), help, tuple(edits))
 
 

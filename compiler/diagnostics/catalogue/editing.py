@@ -12,7 +12,7 @@ from bgc.diagnostics.source import Span
 def not_a_name(name: str, reserved: bool) -> Diagnostic:
     """BG133: a new name that cannot be a name
 
-    What: an editor was asked to rename something to a text that is no name, or to a word of the
+    What: an editor was asked to rename something to a text that is not a name, or to a word of the
     language.
 
     Why: a name consists of the letters a to z and A to Z, digits and `_`, and does not begin with

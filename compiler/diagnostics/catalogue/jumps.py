@@ -101,17 +101,20 @@ def endless_jumps(time: float, place: Span | None = None) -> Diagnostic:
 
     Why: a jump ends a contact at once, however often it returns; a ball that loses part of its
     speed at each bounce makes infinitely many bounces in a finite time. At rest it needs a force of
-    the floor, which a jump does not give.
+    the floor, which a jump does not give. A relay that switches on and off at one threshold has no
+    position there.
 
     Example: `when height < 0 m { reset ball.p = -0.8*ball.p; }` once the ball has come to rest.
 
     Way out: end the run before; let the last jump start a rest, `when height < 0 m and speed <
     1 mm/s { reset resting = 1; }`, where `resting` switches the weight off; or model the contact by
-    a spring and a damper.
+    a spring and a damper. Give a relay a hysteresis: `when T > 22 { reset on = 0; }` and `when T <
+    20 { reset on = 1; }`.
     """
     return error(
         "BG770",
         f"at t = {time:.9g} s jumps follow each other ever faster, without end",
         place,
-        help="end the run before, or model the contact by a spring (C) and a damper (R)",
+        help="end the run before, model a contact by a spring (C) and a damper (R), or give a "
+        "relay two thresholds, one for each direction",
     )

@@ -429,6 +429,7 @@ def not_callable(span: Span, product: str = "") -> Diagnostic:
         f"`{_clipped(span.text)}` cannot be called",
         span,
         help=way_out,
+        edits=(Edit(span, product),) if product else (),
     )
 
 

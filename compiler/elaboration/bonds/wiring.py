@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import graph, laws, names, with_article
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Edit
 from bgc.elaboration.instances.faces import Face, Joint, Net, WideBond
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note, note_of
@@ -23,6 +23,9 @@ from bgc.elaboration.instances.tree import (
 )
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+
+# No port for an arrow in this direction, an arrow against a port, an arrow out of a C, I or R.
+_REVERSIBLE = ("BG403", "BG404", "BG405")
 
 Target: TypeAlias = Instance | Element | PartArray | tuple[PortEntry, bool]  # bool: inside
 
@@ -99,7 +102,11 @@ def _bond(
         except BgError as err:
             failed.append(err)
     if failed:
-        raise BgError([d for err in failed for d in err.diagnostics])
+        found = [d for err in failed for d in err.diagnostics]
+        if any(d.code in _REVERSIBLE for d in found):
+            edits = _exchanged(world, env, tail, head)
+            found = [replace(d, edits=edits) if d.code in _REVERSIBLE else d for d in found]
+        raise BgError(found)
     (tail_face, tail_slice), (head_face, head_slice) = ends
     bond = WideBond(f"{tail_face.name} -> {head_face.name}", tail.span.to(head.span), Net())
     bond.ends = [
@@ -109,6 +116,28 @@ def _bond(
     for joint in bond.ends:
         joint.face.joints.append(joint)
     wiring.bonds.append(bond)
+
+
+def _exchanged(
+    world: World, env: Environment, tail: syntax.Expr, head: syntax.Expr
+) -> tuple[Edit, ...]:
+    """The bond with its arrow reversed, where it is a statement of its own and is right that way.
+
+    In a longer chain the other bonds would be reversed too.
+    """
+    text = tail.span.source.text
+    between = text[tail.span.end : head.span.start]
+    begins = text[: tail.span.start].rstrip()[-1:] in {";", "{", "}"}
+    if between.strip() != "->" or not begins or text[head.span.end :].lstrip()[:1] != ";":
+        return ()
+    try:
+        _end(world, env, head, False)
+        _end(world, env, tail, True)
+    except BgError:
+        return ()
+    first = text[head.span.start : head.span.end]
+    last = text[tail.span.start : tail.span.end]
+    return (Edit(tail.span.to(head.span), f"{first}{between}{last}"),)
 
 
 def _end(
