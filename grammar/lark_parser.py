@@ -2,7 +2,7 @@
 
 Building the tables takes some tenths of a second (five times that where `interegular` is
 installed: Lark then searches for terminals that overlap); loading them takes a hundredth.
-After a change of `bgc.lark` write them anew: `python -m bgc.grammar.lark_parser`.
+After a change of `bgc.lark` write them again: `python -m bgc.grammar.lark_parser`.
 """
 
 from __future__ import annotations

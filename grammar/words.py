@@ -501,8 +501,8 @@ _SCENE = (
         ("scene",),
         "a solver is `solver name(rtol = 1e-8);`",
         (
-            "Without it: `ros34prw` where the scene has a `step`, else `rodas5p`, or `switching` "
-            "where explicit steps may cost less. `solver auto;` "
+            "Without it: `ros34prw` where the scene has a `step`, else `rodas5p`; where explicit "
+            "steps may cost less `switching_fixed` or `switching`. `solver auto;` "
             "takes what `bgc trade` recommended for the scene.",
         ),
         "solver rodas5p(rtol = 1e-8);\nsolver ros34prw(step = 1 ms, settle = 20 Hz);",

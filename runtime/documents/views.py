@@ -96,7 +96,10 @@ class Equations:
         return self.text.rstrip()
 
     def _repr_latex_(self) -> str | None:
-        return self.latex if len(self.latex) < 20_000 else None  # MathJax would take seconds
+        if len(self.latex) >= 20_000:  # MathJax would take seconds
+            return None
+        # Outside of formulas a notebook shows text as it is, comments too.
+        return "\n".join(line.removeprefix("% ") for line in self.latex.splitlines())
 
 
 def drawing_of(stages: Stages, depth: int | None, collapsed: tuple[str, ...]) -> Drawing:
