@@ -7,7 +7,7 @@ from inspect import getdoc, getmembers, isfunction
 from pathlib import Path
 
 import pytest
-from test_parse import show, wrong
+from parsed import show, wrong
 
 from bgc.diagnostics.catalogue import files as wrong_files
 from bgc.diagnostics.catalogue import syntax as wrong_syntax
