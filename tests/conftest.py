@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,15 @@ import pytest
 PHYSICS = Path(__file__).parent / "physics"
 
 os.environ["BGC_VERIFY"] = "1"  # commands in processes of their own inherit it
+# Threads of BLAS wait for each other where tests run in parallel; matrices are small here.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+    # Each of the hundreds of commands would compile every module anew, half of a short command's
+    # time. The bytecode goes to a folder of pytest, beside the caches of its plugins.
+    os.environ["PYTHONPYCACHEPREFIX"] = str(PHYSICS.parents[1] / ".pytest_cache" / "bytecode")
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -224,7 +224,7 @@ def _verify_lowered(lowered: Lowered) -> None:
     _require(slopes == sorted(set(slopes)), "the places of df/dx are not sorted, or repeat")
     _require(all(max(place) < states for place in slopes), "a place of df/dx is outside")
     for order in (plan.rows, plan.columns):
-        _require(sorted(order) == list(range(size)), "pivots are no permutation")
+        _require(sorted(order) == list(range(size)), "pivots are not a permutation")
     for k, (left, right) in enumerate(zip(plan.lower, plan.upper, strict=True)):
         below = all(entry < k for entry in left) and all(entry > k for entry in right)
         _require(below, "an entry of the factors is on the wrong side of its pivot")

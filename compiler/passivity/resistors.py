@@ -57,7 +57,7 @@ def _check_explicit(
     for trial in _trials(given, len(own)):
         answers = point.numbers(law.nodes, dict(zip(own, trial, strict=True)))
         if answers is None:
-            return []  # it depends on what only the equations tell
+            return []  # it depends on what only the equations show
         powers = [x * y for x, y in zip(trial, answers, strict=True)]
         finite = all(map(math.isfinite, powers))
         size = math.fsum(map(abs, powers)) if finite else 0.0

@@ -105,7 +105,7 @@ def members(
 
 
 def is_slot(part: syntax.Part, owner: Declared[syntax.Model]) -> bool:
-    """Tell a replaceable part: its type is an interface, or it declares a default."""
+    """Test for a replaceable part: its type is an interface, or it declares a default."""
     found = owner.module.models.get(part.type.name)
     return part.default is not None or (found is not None and found.syntax.interface)
 

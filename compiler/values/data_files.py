@@ -57,8 +57,8 @@ def read_data(path: Path, shown: str, span: Span) -> DataFile:
     Raises
     ------
     BgError
-        BG250 where it cannot be read, BG251 where its contents are no table of numbers, BG252 where
-        a unit is unknown.
+        BG250 where it cannot be read, BG251 where its contents are not a table of numbers, BG252
+        where a unit is unknown.
     """
     if len(suffixes := {path.suffix, _target(path).suffix}) > 1 or not suffixes <= _SUFFIXES:
         raise failure(

@@ -332,9 +332,11 @@ class _Evaluator:
         if not expr.elements:
             raise failure(empty_vector(expr.span))
         elements = [self.operand(element, depth + 1) for element in expr.elements]
-        shape = elements[0].shape
-        for element in elements:
-            if element.shape != shape or len(shape) > 1:
+        mixed = any(not element.shape for element in elements)  # then one component is a scalar
+        shapes = [() if mixed and len(e.value.nodes) == 1 else e.shape for e in elements]
+        shape = shapes[0]
+        for element, found_shape in zip(elements, shapes, strict=True):
+            if found_shape != shape or len(shape) > 1:
                 expected = describe_shape(shape if len(shape) < 2 else ())
                 found = describe_shape(element.shape)
                 raise failure(shape_messages.ragged(element.span, expected, found))

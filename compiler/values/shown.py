@@ -22,7 +22,7 @@ class Shown:
     factor: float = 1.0
 
     def number(self, si: float) -> float:
-        """The number in this unit; a step of a double off a short decimal is rounded to it."""
+        """The number in this unit, of one in `si`; a step of a double off a decimal is rounded."""
         number = si / self.factor
         if self.factor == 1.0:
             return number
@@ -30,7 +30,7 @@ class Shown:
         return rounded if rounded * self.factor == si else number
 
     def text(self, si: float, digits: int = 6) -> str:
-        """The number with its unit: `200 bar`; without one for a plain number."""
+        """The number in `si` with its unit, in `digits` digits: `200 bar`, or a plain number."""
         return f"{self.number(si) + 0.0:.{digits}g} {self.label}".rstrip()
 
     @property

@@ -1,7 +1,7 @@
 """Scalar expressions of flat variables: values, derivatives, linear forms, Python text.
 
-Leaves are numbers, `Time`, and `Var`. Everything is written anew here, so that the reference
-shares no algebra with the compiler.
+Leaves are numbers, `Time`, and `Var`. Everything is written here independently, so that the
+reference shares no algebra with the compiler.
 """
 
 from __future__ import annotations

@@ -143,6 +143,7 @@ def random_pattern(rng: np.random.Generator, size: int) -> list[tuple[int, int]]
     return sorted({(int(i), int(j)) for i, j in (*near, *far, *arrow) if 0 <= j < size})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("c", [37.0, 31.0 + 22.0j], ids=["real", "complex"])
 def test_solutions_are_those_of_dense_elimination(kernels: ctypes.CDLL, c: complex) -> None:
     rng = np.random.default_rng(5)

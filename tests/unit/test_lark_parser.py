@@ -42,7 +42,7 @@ def plain(node: Any) -> object:
 
 
 def test_tables_are_those_of_the_grammar(kept: dict[str, Any]) -> None:
-    """Else write them anew: `python -m bgc.grammar.lark_parser`."""
+    """Else write them again: `python -m bgc.grammar.lark_parser`."""
     grammar = lark_parser._fingerprint().split(", ")[1]
     assert kept["written_for"].split(", ")[1] == grammar
 

@@ -108,6 +108,7 @@ finally:
 """
 
 
+@pytest.mark.slow
 @promise(
     "`bgc` on a model starts no program but the C compiler, opens no network connection, and "
     "writes only to its cache, to temporary files and to the files that the command line names."
@@ -147,6 +148,7 @@ def test_what_a_command_does_on_this_machine(tmp_path):
     "No program and no Python module is taken from the current directory, nor from that of the "
     "model."
 )
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ziglang", "plugin"])
 def test_nothing_of_the_current_directory_is_run(tmp_path, kind):
     marker = tmp_path / "marker"
@@ -391,6 +393,7 @@ def test_the_cache_is_made_for_the_user_alone(cached):
     assert modes == {0o700}
 
 
+@pytest.mark.slow
 @promise(
     "A cache that belongs to another user, that others may write to, or that stands in a "
     "directory in which all users may replace it, is neither read nor written (BG049); the model "
@@ -437,6 +440,7 @@ def test_what_the_cache_holds(cached):
             assert not unsafe.search(text), source
 
 
+@pytest.mark.slow
 @promise("A damaged file of the cache counts as absent.")
 @pytest.mark.parametrize("suffix", [".so", ".o", ".json", ".sum"])
 @pytest.mark.parametrize("content", [b"", b"\0" * 2000])
@@ -447,6 +451,7 @@ def test_damaged_files_of_the_cache_are_made_anew(cached, tmp_path, suffix, cont
     assert run_bgc("run", tmp_path / "m.bg", "--quiet") == (0, "")
 
 
+@pytest.mark.slow
 @promise(
     "After each compilation, files that were unused for two months are removed from the cache, and "
     "beyond 2 GB those that were unused for longest."
@@ -471,10 +476,12 @@ def test_the_cache_is_bounded(cached, monkeypatch):
 
 # --- an interrupted command -----------------------------------------------------------------
 
-# Tests elsewhere hold these to it: test_result.py, test_streams.py, test_ensemble.py.
+# Tests of these sentences; some are in other files.
 ELSEWHERE = {
     "A file is written whole or not at all: an interrupted or killed command leaves the earlier "
     "file of that name.": "test_security.py::test_a_file_is_written_whole_or_not_at_all",
+    "The rows of a [long run](#long-runs) replace an earlier file when the run begins, and can be "
+    "read at any time.": "test_row_files.py::test_a_killed_process_leaves_a_readable_archive",
     "After Ctrl-C, SIGTERM or SIGHUP, `bgc run` writes the rows up to there, also where the "
     "terminal is gone.": "test_streams.py::test_a_terminal_that_is_closed_keeps_the_rows",
     "An interrupted `bgc sweep` writes the instances that are done and prints how many; the same "

@@ -76,7 +76,7 @@ LOWERED: dict[str, Callable[[Any], Any]] = {
         jacobian=replace(w.jacobian, rows=w.jacobian.rows[::-1], columns=w.jacobian.columns[::-1]),
     ),
     "another number of rows": lambda w: replace(w, jacobian=replace(w.jacobian, by_time=())),
-    "no permutation": lambda w: replace(w, plan=replace(w.plan, rows=(0,) * len(w.plan.rows))),
+    "not a permutation": lambda w: replace(w, plan=replace(w.plan, rows=(0,) * len(w.plan.rows))),
     "another number of pivots": lambda w: replace(w, blocks=one_block(w.plan, sizes=(1,))),
     "too large": lambda w: replace(w, blocks=one_block(w.plan, sizes=(0, len(w.plan.rows)))),
     "wrong side of it": lambda w: replace(w, blocks=one_block(w.plan, right=((0,),))),
