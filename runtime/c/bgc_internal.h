@@ -185,6 +185,7 @@ bgc_status bgc_blame_divisor(const bgc_model *m, bgc_data *d, bgc_status status)
 /* --- faint.c */
 void bgc_reset_faint(const bgc_model *m, bgc_data *d);
 void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t);
+void bgc_follow_faint_state(bgc_data *d, int i, double value, double limit, double t);
 
 /* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);

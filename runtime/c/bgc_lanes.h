@@ -40,10 +40,7 @@ static inline void lane_set(lane *a, int l, double value) {
     (void)l;
     *a = value;
 }
-static inline int lane_holds(lane_mask m, int l) {
-    (void)l;
-    return m != 0;
-}
+static inline unsigned lane_bits(lane_mask m) { return m != 0; }
 static inline lane_mask lane_not(lane_mask m) { return !m; }
 static inline lane lane_select(lane_mask m, lane a, lane b) { return m ? a : b; }
 static inline lane lane_fabs(lane a) { return fabs(a); }
@@ -58,7 +55,22 @@ typedef int64_t lane_mask __attribute__((vector_size(8 * BGC_LANE_WIDTH))); /* a
 BGC_INLINE lane lane_of(double a) { return a - (lane){0.0}; }
 BGC_INLINE double lane_get(lane a, int l) { return a[l]; }
 BGC_INLINE void lane_set(lane *a, int l, double value) { (*a)[l] = value; }
-BGC_INLINE int lane_holds(lane_mask m, int l) { return m[l] != 0; }
+/* The lanes in which a condition holds, as a set: bit l is lane l. One instruction where the processor
+ * has it: steps ask often. */
+BGC_INLINE unsigned lane_bits(lane_mask m) {
+#if defined(__AVX512DQ__)
+    typedef long long words __attribute__((vector_size(64)));
+    return (unsigned)__builtin_ia32_cvtq2mask512((words)m);
+#elif defined(__AVX__) && !defined(__AVX512F__)
+    return (unsigned)__builtin_ia32_movmskpd256((lane)m);
+#else
+    unsigned found = 0;
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        found |= m[l] != 0 ? 1u << l : 0u;
+    }
+    return found;
+#endif
+}
 BGC_INLINE lane_mask lane_not(lane_mask m) { return ~m; }
 BGC_INLINE lane lane_select(lane_mask m, lane a, lane b) {
     return (lane)((m & (lane_mask)a) | (~m & (lane_mask)b));

@@ -6,13 +6,10 @@
  * of an explicit method.
  */
 #include "bgc_internal.h"
+#include "corrections.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Relative to the range of a state. An oscillation at 0.9 radians a step reaches this; steps that
- * resolve their motion stay below 0.1, most of them far below. */
-static const double unresolved_part = 0.15;
 
 /* At the start of a run. */
 void bgc_reset_corrections(const bgc_model *m, bgc_data *d) {
@@ -58,7 +55,7 @@ void bgc_report_correction(const bgc_model *m, bgc_data *d) {
     counts->largest_correction = 0.0;
     for (int i = 0; i < m->n_state; i++) {
         const double part = d->correction[i] / fmax(d->scale[i], d->range[i]);
-        if (d->algebraic[i] == 0.0 && part > fmax(unresolved_part, counts->largest_correction)) {
+        if (d->algebraic[i] == 0.0 && part > fmax(bgc_unresolved_part, counts->largest_correction)) {
             counts->largest_correction = part;
             counts->correction_time = d->corrected_at[i];
             counts->correction_state = i;

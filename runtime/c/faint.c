@@ -55,9 +55,10 @@ void bgc_reset_faint(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Follows state i at its size at t. One step below its tolerance may be a passage through zero; two are
- * not. */
-static void follow(bgc_data *d, int i, double size, double limit, double t) {
+/* Follows state i with a value at t that is beyond the multiples of its tolerance between which nothing
+ * happens to it. One step below its tolerance may be a passage through zero; two are not. */
+void bgc_follow_faint_state(bgc_data *d, int i, double value, double limit, double t) {
+    const double size = fabs(value);
     const int before = (int)d->faint_phase[i];
     bgc_faint_state *found = d->faint + i;
     int phase = before;
@@ -85,7 +86,7 @@ static void follow(bgc_data *d, int i, double size, double limit, double t) {
         const double below = d->faint_left[i] - d->faint_entered[i], low = d->faint_low[i];
         enter(d, i, ABOVE, limit);
         if (t - d->faint_left[i] <= linear * below && low < found->low) {
-            *found = (bgc_faint_state){limit, low, d->faint_at[i], t, d->next[i]};
+            *found = (bgc_faint_state){limit, low, d->faint_at[i], t, value};
         }
     }
 }
@@ -120,7 +121,7 @@ void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
     for (int i = 0; i < m->n_state; i++) {
         const double size = fabs(d->next[i]), limit = atol + part * d->scale[i];
         if (size < d->faint_from[i] * limit || size > d->faint_to[i] * limit) {
-            follow(d, i, size, limit, t);
+            bgc_follow_faint_state(d, i, d->next[i], limit, t);
         }
     }
 }

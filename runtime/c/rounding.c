@@ -7,17 +7,10 @@
  * errors are independent: the difference of both estimates is their size.
  */
 #include "bgc_internal.h"
-#include "tolerance.h"
+#include "rounding.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
-
-enum { ROUNDING_INTERVAL = 256 };               /* steps between two samples */
-static const double shift = 1e-6;               /* of the tolerance */
-static const double digits = 8.0 * DBL_EPSILON; /* of the state */
-static const double negligible_rounding = 0.05; /* rounding, over the tolerance */
-static const double dominant_rounding = 0.5;    /* rounding, over the error estimate */
 
 /* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none. Nor do
  * methods that solve algebraic equations after a step: their factors would be those of the perturbed
@@ -25,24 +18,9 @@ static const double dominant_rounding = 0.5;    /* rounding, over the error esti
 int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method) {
     const bgc_counts *counts = &d->core.counts;
 
-    return counts->steps > 0 && counts->steps % ROUNDING_INTERVAL == 0 && !d->core.rejected &&
+    return counts->steps > 0 && counts->steps % BGC_ROUNDING_INTERVAL == 0 && !d->core.rejected &&
            method->tableau != NULL && m->n_input == 0 &&
            (d->core.algebraic == 0 || method->family->rows != BGC_ROWS_LEFT);
-}
-
-/* x with each state perturbed by a part of its tolerance; sizes and signs follow a low-discrepancy
- * sequence. */
-static void shift_states(const bgc_model *m, bgc_data *d) {
-    const bgc_core *core = &d->core;
-    double size = 0.25;
-
-    for (int i = 0; i < m->n_state; i++) {
-        const double tolerance = bgc_step_tolerance(fabs(d->x[i]), d->scale[i],
-                                                    core->counts.scale_reached, core->rtol,
-                                                    core->atol);
-        d->x[i] += (2.0 * size - 1.0) * (shift * tolerance + digits * fabs(d->x[i]));
-        size = fmod(size + 0.6180339887498949, 1.0);
-    }
 }
 
 /* Makes the attempt of length h from a perturbed state, and keeps its error estimate in d->noise.
@@ -58,7 +36,8 @@ int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method,
     }
     memcpy(d->trial, d->x, size);
     memcpy(d->change, d->f, size);
-    shift_states(m, d);
+    bgc_shift_states(m->n_state, d->trial, d->scale, before.counts.scale_reached, before.rtol,
+                     before.atol, d->x);
     d->core.f_valid = 0;
     bgc_evaluate_f(m, d);
     status = method->family->advance(m, d, method, h);
@@ -79,7 +58,7 @@ void bgc_judge_rounding(const bgc_model *m, bgc_data *d, double error) {
     }
     noise = bgc_norm(m, d, d->noise, d->x, d->next);
     counts->rounding_samples++;
-    if (noise > negligible_rounding && noise > dominant_rounding * error) {
+    if (bgc_rounding_dominates(noise, error)) {
         counts->rounding++;
         counts->largest_rounding = fmax(counts->largest_rounding, noise);
     }

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
+_LISTED = 10  # numbers of instances in a warning
 
 
 @with_doors
@@ -61,7 +62,11 @@ class Ensemble:
     alone
         The reason why all were run one by one; empty where vector registers were used.
     warnings
-        Warnings about the method of the runs.
+        Warnings about the method, and of `run_warnings` the first of each code, with the numbers of
+        the instances that have one.
+    run_warnings
+        The warnings about the steps and the energies of instances, as single runs give them, by the
+        number of the instance.
     recalled
         The number of instances whose rows an earlier, interrupted call computed.
     shown
@@ -82,6 +87,7 @@ class Ensemble:
     warnings: tuple[Diagnostic, ...] = ()
     recalled: int = 0
     shown: Mapping[str, Shown] = field(default_factory=dict)
+    run_warnings: Mapping[int, tuple[Diagnostic, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.values)
@@ -125,7 +131,7 @@ class Ensemble:
         message = failure.message if failure is not None else ""
         return Result(
             self.scene, self.time, columns, self.units, self.solver, {}, self.status[number],
-            message, shown=self.shown,
+            message, shown=self.shown, notices=self.run_warnings.get(number, ()),
         )  # fmt: skip
 
     def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Figure:
@@ -231,7 +237,8 @@ class Ensemble:
 
         `instance` has the numbers of the instances; those that an interruption left undone are
         omitted. Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with
-        the units, the scene, the solver, the failures and the values that are not finite.
+        the units, the scene, the solver, the failures, the values that are not finite and the
+        warnings about runs.
         """
         about = {
             "scene": self.scene,
@@ -239,6 +246,9 @@ class Ensemble:
             "units": {"time": "s", **self.units},
             "failures": {str(k): why.message for k, why in self.failures.items()},
             "not_finite": {str(k): why.message for k, why in self.not_finite.items()},
+            "warnings": {
+                str(k): [w.message for w in some] for k, some in self.run_warnings.items()
+            },
         }
         written = self._written()
         arrays = {
@@ -288,6 +298,24 @@ def placed(
         values = ", ".join(f"`{name}` = {parameters[name][k]:.6g}" for name in parameters)
         place = f"in instance {k}, with {values}" if values else f"in instance {k}"
         yield replace(why, note=f"{why.note}\n{place}" if why.note else place)
+
+
+def gathered(
+    warnings: Mapping[int, Sequence[Diagnostic]], parameters: Mapping[str, Array]
+) -> Iterator[Diagnostic]:
+    """Gather warnings by code: the first of each, with its instance and others that have it."""
+    by_code: dict[str, dict[int, Diagnostic]] = {}
+    for k in sorted(warnings):
+        for each in warnings[k]:
+            by_code.setdefault(each.code, {})[k] = each
+    for found in by_code.values():
+        first, *others = found
+        (warning,) = placed({first: found[first]}, parameters)
+        if others:
+            listed = ", ".join(map(str, others[:_LISTED])) + (", .." if others[_LISTED:] else "")
+            also = f"and in {counted(len(others), 'other instance')}: {listed}"
+            warning = replace(warning, note=f"{warning.note}\n{also}")
+        yield warning
 
 
 class EnsembleInterrupted(KeyboardInterrupt):

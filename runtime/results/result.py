@@ -40,6 +40,29 @@ def unbalanced(residual: float, exchanged: float) -> bool:
     return residual > _UNBALANCED * exchanged > 0
 
 
+def joules(values: Array, unit: str) -> Array:
+    """Convert energies in a unit to J."""
+    if unit == "J":
+        return values
+    # The compiler's units are slow to load, and results in J do without them.
+    from bgc.values.units import parse_unit
+
+    read = parse_unit(unit)
+    assert read is not None
+    return values * float(read.factor)
+
+
+def balance_warnings(time: Array, residual: Array, exchanged: float) -> Iterator[Diagnostic]:
+    """Warn of rows whose energy residual is too large (BG716).
+
+    `residual` is the column at the times of the rows, s; it and the energy exchanged are in J.
+    """
+    sizes = np.abs(residual)
+    if len(time) and unbalanced(largest := float(sizes.max()), exchanged):
+        first = int(np.argmax(sizes > _UNBALANCED * exchanged))
+        yield out_of_balance(float(time[first]), largest / exchanged)
+
+
 class UnknownColumn(BgError, KeyError):
     """A result has no column of the requested name."""
 
@@ -121,14 +144,7 @@ class Result(Mapping[str, Array]):
     def in_joules(self, account: str) -> Array:
         """An observed energy account, `"residual"`, in J whatever the unit of its column, (n,)."""
         column = self.accounts[account]
-        if self.units[column] == "J":
-            return self.columns[column]
-        # The compiler's units are slow to load, and results in J do without them.
-        from bgc.values.units import parse_unit
-
-        unit = parse_unit(self.units[column])
-        assert unit is not None
-        return self.columns[column] * float(unit.factor)
+        return joules(self.columns[column], self.units[column])
 
     def in_words(self, name: str) -> Array:
         """A column, or the columns of a vector, in the units as written."""
@@ -143,12 +159,9 @@ class Result(Mapping[str, Array]):
         return (*self.notices, *not_finite(self.time, self.columns), *self._unbalanced())
 
     def _unbalanced(self) -> Iterator[Diagnostic]:
-        if "residual" in self.accounts and len(self.time):
-            residual = np.abs(self.in_joules("residual"))
-            if unbalanced(float(residual.max()), exchanged := self.counts.get("exchanged", 0.0)):
-                first = int(np.argmax(residual > _UNBALANCED * exchanged))
-                share = float(residual.max()) / exchanged
-                yield out_of_balance(float(self.time[first]), share)
+        if "residual" in self.accounts:
+            exchanged = self.counts.get("exchanged", 0.0)
+            yield from balance_warnings(self.time, self.in_joules("residual"), exchanged)
 
     def ended(self, status: str, message: str) -> Result:
         """Return the same rows, marked as those of a run that ended early."""

@@ -53,7 +53,7 @@ class Study:
         `grid`, `latin`, `sobol`, `saltelli` or `cases`.
     shown
         Units in which tables and plots show parameters and observables.
-    together, alone, warnings, recalled
+    together, alone, warnings, run_warnings, recalled
         As in `Ensemble`.
     """
 
@@ -71,6 +71,7 @@ class Study:
     alone: str = ""
     warnings: tuple[Diagnostic, ...] = ()
     recalled: int = 0
+    run_warnings: Mapping[int, tuple[Diagnostic, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.values)

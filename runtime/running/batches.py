@@ -28,6 +28,7 @@ from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status
+from bgc.runtime.running.warned import energy_warnings, step_warnings
 
 _WATCH_SECONDS = 0.05
 _WIDEST = 8  # instances of a batch: doubles of the widest vector register
@@ -55,7 +56,7 @@ class Work:
     failures: dict[int, Diagnostic] = field(default_factory=dict)
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
-    over_budget: list[Mapping[str, float]] = field(default_factory=list)  # counts of instances
+    warned: dict[int, tuple[Diagnostic, ...]] = field(default_factory=dict)  # as single runs are
     seconds: float = 0.0  # processor time of all threads
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
@@ -90,6 +91,8 @@ class Work:
                     self._run_alone(k, batch[k], rows[k])
         finally:
             del self.running[start]
+        for k in self.completed.intersection(numbers):
+            self._warn(k, batch[k], rows[k])
         if self.reducer is not None:
             for k in self.completed.intersection(numbers):
                 self.reduced[k] = self.reducer(self.times, rows[k])
@@ -127,8 +130,6 @@ class Work:
         if status is Status.OK:
             self.completed |= done
             self.together |= done
-            for number in done:
-                self._note_counts(batch[number])
 
     def _run_alone(self, number: int, instance: Instance, rows: Array) -> None:
         rows[:] = np.nan  # erase rows from before it left its batch
@@ -137,16 +138,20 @@ class Work:
                 self.failures[number] = problem
                 return
             status, _ = instance.run(self.times, rows)
-        self._note_counts(instance)
         if status is Status.OK:
             self.completed.add(number)
         elif status is not Status.INTERRUPTED:
             self.failures[number] = self.model.explain(instance, status)
 
-    def _note_counts(self, instance: Instance) -> None:
+    def _warn(self, number: int, instance: Instance, rows: Array) -> None:
+        """Note what a single run with these steps and rows would warn of."""
         counts = instance.counts
-        if counts["over_budget"]:
-            self.over_budget.append(counts)
+        found = (
+            *step_warnings(self.model, counts, self.method),
+            *energy_warnings(self.model, self.times, rows, counts["exchanged"]),
+        )
+        if found:
+            self.warned[number] = found
 
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""

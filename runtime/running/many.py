@@ -20,12 +20,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.accuracy import samples_over_budget
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import RUN_NUMBER, Options
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted, gathered
 from bgc.runtime.results.observables import Observable, Reducer, check_parts
 from bgc.runtime.results.study import Study, StudyInterrupted
 from bgc.runtime.running.batches import Work, run_all
@@ -125,7 +124,7 @@ def simulate_many(
     run_all(work, progress)
     ensemble = ensemble_of(work, plan.alone, notices, recalled)
     if work.stopping:
-        kept = unfinished is not None and unfinished.keep(rows, work.completed)
+        kept = unfinished is not None and unfinished.keep(rows, work.completed, work.warned)
         raise EnsembleInterrupted(ensemble, kept)
     if unfinished is not None:
         unfinished.clear()
@@ -147,7 +146,7 @@ def observe_many(
     run_all(work, progress)
     study = replace(study_of(plan, work, notices, design), recalled=recalled)
     if work.stopping:
-        kept = unfinished is not None and unfinished.keep(work.reduced, work.completed)
+        kept = unfinished is not None and unfinished.keep(work.reduced, work.completed, work.warned)
         raise StudyInterrupted(study, kept)
     if unfinished is not None:
         unfinished.clear()
@@ -175,6 +174,7 @@ def study_of(
         together=len(work.together),
         alone=plan.alone,
         warnings=(*notices, *_warnings(work)),
+        run_warnings=dict(sorted(work.warned.items())),
     )
 
 
@@ -192,7 +192,7 @@ def _unfinished(plan: Plan) -> Unfinished:
 def _recall(work: Work, unfinished: Unfinished | None, arrays: Array) -> int:
     """Fill in what an earlier call computed, and count it."""
     if unfinished is not None:
-        work.completed |= unfinished.recall(arrays)
+        work.completed |= unfinished.recall(arrays, work.warned)
     return len(work.completed)
 
 
@@ -256,18 +256,12 @@ def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled:
         alone=alone,
         recalled=recalled,
         warnings=(*notices, *_warnings(work)),
+        run_warnings=dict(sorted(work.warned.items())),
     )
 
 
 def _warnings(work: Work) -> Iterator[Diagnostic]:
-    """Warn of all instances together: of negative parameters (BG460) and fixed steps (BG730)."""
+    """Warn of all instances together: of negative parameters (BG460), and of runs, by code."""
     yield from negative_among(work.model, work.varied, work.values)
-    if work.over_budget:
-        worst = max(work.over_budget, key=lambda counts: counts["largest_excess"])
-        yield samples_over_budget(
-            int(sum(counts["over_budget"] for counts in work.over_budget)),
-            work.method.step,
-            work.method.substeps or work.model.library.methods[work.method.name].substeps,
-            worst["excess_time"],
-            worst["largest_excess"],
-        )
+    parameters = {name: work.values[:, k] for k, name in enumerate(work.varied)}
+    yield from gathered(work.warned, parameters)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from bgc.building.cache import digest_of, digest_of_bytes, open_cache
 from bgc.building.recall import machine_identity
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.results.observables import Observable
@@ -20,6 +21,7 @@ from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
+from bgc.runtime.running.warned import read_warnings, written_warnings
 
 FOLDER = "sweeps"  # of the cache
 
@@ -32,23 +34,26 @@ class Unfinished:
 
     path: Path
 
-    def recall(self, rows: Array) -> set[int]:
-        """Fill in the rows of an earlier call, and return the numbers of its instances."""
+    def recall(self, rows: Array, warned: dict[int, tuple[Diagnostic, ...]]) -> set[int]:
+        """Fill in rows and warnings of an earlier call; return the numbers of its instances."""
         with suppress(*_DAMAGED), self.path.open("rb") as file, np.load(file) as archive:
             numbers, kept = archive["numbers"], archive["rows"]
             if kept.shape == (len(numbers), *rows.shape[1:]):
+                warned |= read_warnings(json.loads(str(archive["warned"])))
                 rows[numbers] = kept
                 return set(numbers.tolist())
         return set()
 
-    def keep(self, rows: Array, done: Set[int]) -> bool:
-        """Write the rows of the finished instances; return whether there are any."""
+    def keep(self, rows: Array, done: Set[int], warned: Mapping[int, Sequence[Diagnostic]]) -> bool:
+        """Write the rows and warnings of finished instances; return whether there are any."""
         numbers = np.array(sorted(done), dtype=np.int64)
         if not len(numbers):
             return False
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            write_arrays(self.path, {"numbers": numbers, "rows": rows[numbers]})
+            text = np.array(json.dumps(written_warnings(warned)))
+            arrays = {"numbers": numbers, "rows": rows[numbers], "warned": text}
+            write_arrays(self.path, arrays)
         except (BgError, OSError):  # a full disk: the caller has the rows all the same
             return False
         return True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from bgc.diagnostics.catalogue.accuracy import (
     limited_by_rounding,
@@ -10,8 +10,9 @@ from bgc.diagnostics.catalogue.accuracy import (
     step_too_long,
 )
 from bgc.diagnostics.catalogue.physics import negative_value
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic, Severity
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.result import balance_warnings, joules
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
@@ -28,7 +29,13 @@ def run_warnings(model: LoadedModel, instance: Instance, method: Method) -> Iter
         value = model.parameters.turned_negative(instance, name)
         if value is not None:
             yield negative_value(None, element, what, value, f", as `{name}` is given")
-    counts = instance.counts
+    yield from step_warnings(model, instance.counts, method)
+
+
+def step_warnings(
+    model: LoadedModel, counts: Mapping[str, float], method: Method
+) -> Iterator[Diagnostic]:
+    """Warn of the steps of a run by its counts: BG719, BG730, BG731."""
     if counts["largest_correction"] > 0:
         state = model.states[int(counts["correction_state"])].name
         yield step_too_long(
@@ -44,6 +51,40 @@ def run_warnings(model: LoadedModel, instance: Instance, method: Method) -> Iter
             counts["excess_time"],
             counts["largest_excess"],
         )
+
+
+def energy_warnings(
+    model: LoadedModel, times: Array, rows: Array, exchanged: float
+) -> Iterator[Diagnostic]:
+    """Warn of energies that do not balance (BG716), as `Result.warnings` does.
+
+    `rows` are those at `times`, s, (n, m); `exchanged` is the energy exchanged, J.
+    """
+    if (name := model.accounts.get("residual")) is not None:
+        places = (k for k, variable in enumerate(model.outputs) if variable.name == name)
+        place = next(places)
+        residual = joules(model.selection().column(rows, place), model.outputs[place].unit)
+        yield from balance_warnings(times, residual, exchanged)
+
+
+def written_warnings(
+    warned: Mapping[int, Sequence[Diagnostic]],
+) -> dict[str, list[list[str]]]:
+    """Write the warnings of runs by number as lists of texts, for files."""
+    return {str(k): [[w.code, w.message, w.help] for w in some] for k, some in warned.items()}
+
+
+def read_warnings(
+    written: Mapping[str, Sequence[Sequence[str]]],
+) -> dict[int, tuple[Diagnostic, ...]]:
+    """Read the warnings that `written_warnings` has written."""
+    return {
+        int(k): tuple(
+            Diagnostic(code, Severity.WARNING, message, help=way_out)
+            for code, message, way_out in some
+        )
+        for k, some in written.items()
+    }
 
 
 def negative_among(

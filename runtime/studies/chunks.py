@@ -30,7 +30,7 @@ class Chunk:
     completed: frozenset[int]  # numbers within the chunk
     failures: Mapping[int, Diagnostic]
     together: frozenset[int]
-    over_budget: tuple[Mapping[str, float], ...]
+    warned: Mapping[int, tuple[Diagnostic, ...]]
     seconds: float  # of processor time
     stopped: bool = False
 
@@ -45,7 +45,7 @@ class Chunk:
         work.completed |= {self.first + k for k in self.completed}
         work.together |= {self.first + k for k in self.together}
         work.failures |= {self.first + k: why for k, why in self.failures.items()}
-        work.over_budget += self.over_budget
+        work.warned |= {self.first + k: some for k, some in self.warned.items()}
 
 
 def run_chunk(
@@ -62,7 +62,7 @@ def run_chunk(
         frozenset(work.completed),
         work.failures,
         frozenset(work.together),
-        tuple(work.over_budget),
+        work.warned,
         work.seconds,
         work.stopping,
     )
@@ -79,7 +79,7 @@ def refused(first: int, plan: Plan, count: int, why: Diagnostic) -> Chunk:
         frozenset(),
         dict.fromkeys(range(count), why),
         frozenset(),
-        (),
+        {},
         0.0,
     )
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.ensemble import gathered
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.lanes import LaneLibrary
@@ -52,6 +53,7 @@ class Designs:
     failures: list[Diagnostic] = field(default_factory=list)
     _library: LaneLibrary | None = None
     _known: dict[bytes, Array | None] = field(default_factory=dict)
+    _warned: dict[bytes, dict[int, tuple[Diagnostic, ...]]] = field(default_factory=dict)
     _sloped: dict[bytes, Slopes | None] = field(default_factory=dict)
 
     @property
@@ -88,6 +90,12 @@ class Designs:
             else:
                 self.many(u[None, :])
         return self._known[key]
+
+    def warned(self, u: Array) -> Iterator[Diagnostic]:
+        """Warn of the runs of a design that was computed, by code, with the first of its cases."""
+        over = {name: np.asarray(values) for name, values in self.over.items()}
+        found = self._warned.get(np.clip(u, 0.0, 1.0).tobytes(), {})
+        return gathered(found, over) if over else iter(found.get(0, ()))
 
     def many(self, points: Array) -> list[Array | None]:
         """Observables at points, (n, coordinates), in one batch."""
@@ -157,6 +165,9 @@ class Designs:
         self.runs += len(plan.cases)
         for number, why in study.failures.items():
             self.failures.append(replace(why, note=_at(why.note, plan.cases[number])))
+        for number, some in study.run_warnings.items():
+            case, point = divmod(number, len(points))
+            self._warned.setdefault(points[point].tobytes(), {})[case] = some
         values = study.values.reshape(self.cases, len(points), -1)
         good = study.done.reshape(self.cases, -1) & np.isfinite(values).all(axis=2)
         return [values[:, k] if good[:, k].all() else None for k in range(len(points))]

@@ -242,7 +242,11 @@ def _judge(
         loss=options.loss,
         runs=problem.runs,
         failed=len(problem.failures),
-        warnings=(*warnings, *negative_among(problem.model, problem.names, point[np.newaxis])),
+        warnings=(
+            *warnings,
+            *negative_among(problem.model, problem.names, point[np.newaxis]),
+            *problem.warned(point),
+        ),
     )
 
 

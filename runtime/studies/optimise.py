@@ -376,6 +376,7 @@ def _judged(
     if silent:
         warnings.append(without_influence([names[k] for k in silent]))
     warnings += negative_among(designs.model, names, point[np.newaxis])
+    warnings += designs.warned(problem.best)
     parameters = designs.model.parameters
     return Optimum(
         scene=designs.model.facts.scene,

@@ -14,6 +14,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.many import Plan
 from bgc.runtime.running.unfinished import ensemble_identity
+from bgc.runtime.running.warned import read_warnings, written_warnings
 from bgc.runtime.studies.chunks import Chunk
 
 _TO_DO, _DONE, _FAILED = 0, 1, 2
@@ -25,8 +26,9 @@ class Store:
 
     Arrays along `instance`: `status` (0: to do, 1: done, 2: failed), `parameters` (instance,
     parameter), and `observables` (instance, observable) or `rows` (instance, time, output). Their
-    names and units are attributes, and so are the messages of failed runs. The status of a chunk is
-    written after its values, so what a killed process was writing is computed again.
+    names and units are attributes, and so are the messages of failed runs and of warnings. The
+    status of a chunk is written after its values, so what a killed process was writing is computed
+    again.
     """
 
     def __init__(self, path: str | Path, plan: Plan, design: str) -> None:
@@ -99,6 +101,7 @@ class Store:
             group["rows"].attrs.update(about)
             group.create_array("time", data=plan.times, dimension_names=("time",))
         group.create_group("failures")
+        group.create_group("warnings")
         # Last: a group without it is not complete.
         facts = {"scene": model.facts.scene, "solver": plan.method.name, "design": design}
         group.attrs.update({**facts, "study": identity})
@@ -116,6 +119,8 @@ class Store:
         for k in np.flatnonzero(status == _FAILED).tolist():
             code, message, way_out = known.get(str(k), ("BG700", "it failed", ""))
             work.failures[k] = Diagnostic(code, Severity.ERROR, message, help=way_out)
+        if "warnings" in self._group:
+            work.warned |= read_warnings(dict(self._group["warnings"].attrs))
 
     def write(self, chunk: Chunk) -> None:
         """Write the runs of a chunk, then their status; BG055 where the disk is full."""
@@ -135,6 +140,9 @@ class Store:
                     for k, why in chunk.failures.items()
                 }
                 self._group["failures"].attrs.update(messages)
+            if chunk.warned and "warnings" in self._group:
+                warned = {chunk.first + k: some for k, some in chunk.warned.items()}
+                self._group["warnings"].attrs.update(written_warnings(warned))
             self._group["status"][part] = status
         except OSError as problem:
             raise BgError([cannot_write(self.path, problem.strerror or str(problem))]) from problem

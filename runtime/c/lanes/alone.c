@@ -30,12 +30,13 @@ void bgc_batch_load_inputs(bgc_batch *b, int count) {
     }
 }
 
-/* Where a sample is due, reads the devices of every instance and writes its commands. */
+/* Where a sample of a sampled batch is due, reads the devices of every instance and writes its
+ * commands. */
 void bgc_batch_sample(bgc_batch *b) {
     const bgc_model *m = b->m;
     const double due = b->option->origin + (double)b->sample * b->option->period;
 
-    if (b->option->period == 0.0 || b->t < due - bgc_batch_slack(b)) {
+    if (b->t < due - bgc_batch_slack(b)) {
         return;
     }
     for (int l = 0; l < BGC_LANE_WIDTH && (m->n_input > 0 || m->n_device > 0); l++) {
@@ -173,6 +174,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
     bgc_begin_sample(core);
+    bgc_batch_give_stage(b, l, d);
     core->h_next = b->t - b->t_old;
     core->error_old = 1.0;
     core->counts.scale_reached = lane_get(b->scale_reached, l);
@@ -210,7 +212,7 @@ static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
 /* After a step of the batch, before it enters the accounts: single lanes take it by themselves. An
  * instance that fails leaves the batch. */
 void bgc_batch_step_alone(bgc_batch *b) {
-    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+    for (int l = 0; b->single != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->single & b->active, l)) {
             bgc_data *d = b->instance[l];
             bgc_status status;
@@ -225,7 +227,7 @@ void bgc_batch_step_alone(bgc_batch *b) {
 /* Copies their results to the lanes, which go on with the batch. */
 void bgc_batch_rejoin(bgc_batch *b) {
     b->written = b->single & b->active;
-    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+    for (int l = 0; b->written != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->written, l)) {
             const bgc_data *d = b->instance[l];
             const bgc_core *core = &d->core;
@@ -233,6 +235,7 @@ void bgc_batch_rejoin(bgc_batch *b) {
                 lane_set(b->x + i, l, d->x[i]);
             }
             load_inputs(b, l, d);
+            bgc_batch_take_stage(b, l, d);
             lane_set(&b->supplied, l, core->supplied);
             lane_set(&b->dissipated, l, core->dissipated);
             lane_set(&b->imbalance, l, core->imbalance);

@@ -52,6 +52,15 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
     b->hiding = place(&at, (BGC_SAMPLES + 1) * m->n_watch);
+    b->correction = place(&at, n);
+    b->corrected_at = place(&at, n);
+    b->range = place(&at, n);
+    b->resolved = place(&at, n);
+    b->shifted = place(&at, n);
+    b->shifted_f = place(&at, n);
+    b->noise = place(&at, n);
+    b->faint_from = place(&at, n);
+    b->faint_to = place(&at, n);
     b->spare_row = (double *)place(&at, m->n_output + 4);
     b->work = place(&at, b->kernel->n_work);
     return at.used;
@@ -101,6 +110,8 @@ static void load_instances(bgc_batch *b, int count) {
     gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
     gather(b, count, (size_t)bgc_unknowns(m), b->scale, offsetof(bgc_data, scale));
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
+    gather(b, count, n, b->faint_from, offsetof(bgc_data, faint_from));
+    gather(b, count, n, b->faint_to, offsetof(bgc_data, faint_to));
     bgc_batch_load_inputs(b, count);
 
     /* Lanes that join, and their accounts. */
@@ -113,6 +124,8 @@ static void load_instances(bgc_batch *b, int count) {
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = b->scale_reached = lane_of(0.0);
+    b->rounding = b->largest_rounding = lane_of(0.0);
+    bgc_batch_begin_corrections(b);
 
     /* The energy that counts as small, of each instance. */
     for (int l = 0; l < BGC_LANE_WIDTH && b->option->accounts && bgc_is_adaptive(b->method); l++) {
@@ -131,7 +144,7 @@ static bgc_status advance_to(bgc_batch *b, double t) {
     bgc_data *first = b->instance[0];
 
     for (long attempts = 0;; attempts++) {
-        if (b->t <= t + bgc_batch_slack(b)) {
+        if (b->option->period > 0.0 && b->t <= t + bgc_batch_slack(b)) {
             bgc_batch_sample(b);
         }
         if (b->active == 0 || b->t >= t - bgc_batch_slack(b)) {
@@ -181,6 +194,11 @@ static void store_counts(const bgc_batch *b, int count) {
             core->counts.excess_time = own.excess_time;
             core->counts.exchanged = lane_get(b->exchanged, l);
             core->counts.scale_reached = lane_get(b->scale_reached, l);
+            core->counts.rounding_samples = own.rounding_samples;
+            core->counts.rounding = own.rounding;
+            core->counts.largest_rounding = own.largest_rounding;
+            bgc_batch_report_rounding(b, l, &core->counts);
+            bgc_batch_report_corrections(b, l, b->instance[l]);
             core->t = b->t;
             core->ready = 0;
         }

@@ -3,7 +3,7 @@
  * The order of calls is that of bgc_internal.h: bgc_run_lanes (batch.c) loads the instances and calls
  * bgc_batch_attempt (lockstep.c) up to the time of each row, which bgc_batch_advance (lane_stages.c)
  * and bgc_batch_interpolate (lane_rows.c) serve. alone.c handles devices and events, one instance at
- * a time.
+ * a time. lane_corrections.c, lane_rounding.c and lane_faint.c note what runs are warned of.
  */
 #ifndef BGC_BATCH_H
 #define BGC_BATCH_H
@@ -14,6 +14,13 @@
 #include "bgc_lanes.h"
 #include "control.h"
 #include "number.h"
+
+/* The stages that enter the corrections of a step (lane_corrections.c), with their weights. */
+typedef struct {
+    double weight[BGC_MAX_STAGES];
+    const lane *stage[BGC_MAX_STAGES];
+    int count; /* 0: corrections are not watched */
+} bgc_lane_terms;
 
 /* Instances that take their steps together. An array of a batch is that of an instance (bgc_data), with
  * a lane in the place of each double. */
@@ -54,6 +61,14 @@ typedef struct {
     lane imbalance;          /* residual of the accounts at t */
     lane largest_account, exchanged, energy_scale, scale_reached;
 
+    /* What runs are warned of. */
+    bgc_lane_terms terms;
+    lane *correction, *corrected_at, *range; /* of fixed steps, */
+    lane *resolved;          /* and the largest corrections that show nothing */
+    lane *shifted, *shifted_f, *noise; /* a perturbed attempt: x, f, its error estimate */
+    lane rounding, largest_rounding;   /* as in bgc_counts */
+    lane *faint_from, *faint_to;       /* as in bgc_data */
+
     const double *times;     /* of all rows */
     double *const *rows;     /* of each instance */
     size_t n_rows, row;      /* row: the next one */
@@ -68,12 +83,7 @@ typedef struct {
 
 /* The active lanes for which a condition holds, as a set. */
 static inline unsigned bgc_lanes_where(const bgc_batch *b, lane_mask condition) {
-    unsigned found = 0;
-
-    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
-        found |= lane_holds(condition, l) ? 1u << l : 0u;
-    }
-    return found & b->active;
+    return lane_bits(condition) & b->active;
 }
 
 /* Number of doubles in a row. */
@@ -102,10 +112,28 @@ void bgc_batch_watch_pulses(bgc_batch *b);
 void bgc_batch_step_alone(bgc_batch *b);
 void bgc_batch_rejoin(bgc_batch *b);
 
+/* --- lane_corrections.c */
+void bgc_batch_begin_corrections(bgc_batch *b);
+void bgc_batch_record_corrections(bgc_batch *b);
+void bgc_batch_give_stage(const bgc_batch *b, int l, bgc_data *d);
+void bgc_batch_take_stage(bgc_batch *b, int l, const bgc_data *d);
+void bgc_batch_report_corrections(const bgc_batch *b, int l, bgc_data *d);
+
+/* --- lane_rounding.c */
+int bgc_batch_samples_rounding(const bgc_batch *b);
+void bgc_batch_try_perturbed(bgc_batch *b, double h);
+void bgc_batch_judge_rounding(bgc_batch *b, lane errors);
+void bgc_batch_report_rounding(const bgc_batch *b, int l, bgc_counts *counts);
+
+/* --- lane_faint.c */
+void bgc_batch_load_faint(bgc_batch *b, int l, const bgc_data *d);
+void bgc_batch_follow_faint(bgc_batch *b);
+
 /* --- lockstep.c */
 void bgc_batch_attempt(bgc_batch *b);
 
 /* --- lane_stages.c */
+void bgc_batch_factorise(bgc_batch *b, double h);
 void bgc_batch_advance(bgc_batch *b, double h);
 void bgc_batch_solve(bgc_batch *b, lane *v);
 

@@ -136,6 +136,13 @@ static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
     bgc_batch_solve(b, out);
 }
 
+/* The Jacobian and the factors of W at the present, for steps of length h. */
+void bgc_batch_factorise(bgc_batch *b, double h) {
+    b->kernel->jacobian(b->h, lane_of(b->t), b->x, b->u, b->jac, b->dfdt, b->work);
+    b->counts.jacobians++;
+    factorise(b, 1.0 / (h * b->method->tableau->gamma));
+}
+
 /* One step of length h from b->x at b->t, with f there in b->f, to b->next; the error estimate, where
  * the method has one, to b->error. */
 void bgc_batch_advance(bgc_batch *b, double h) {
@@ -144,9 +151,7 @@ void bgc_batch_advance(bgc_batch *b, double h) {
     const size_t size = (size_t)n * sizeof(lane);
 
     if (b->method->family->jacobian && b->held == 0) {
-        b->kernel->jacobian(b->h, lane_of(b->t), b->x, b->u, b->jac, b->dfdt, b->work);
-        b->counts.jacobians++;
-        factorise(b, 1.0 / (h * tableau->gamma));
+        bgc_batch_factorise(b, h);
     }
 
     /* Stages. */

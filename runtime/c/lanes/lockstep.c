@@ -124,6 +124,7 @@ static void attempt_fixed(bgc_batch *b) {
         bgc_batch_balance(b, &balance);
     }
     accept(b, &balance);
+    bgc_batch_record_corrections(b);
     b->ticks++;
 }
 
@@ -212,6 +213,8 @@ static void attempt_adaptive(bgc_batch *b) {
                            : (double)INFINITY;
     double h, t_new, clear, error = bgc_least_error;
     bgc_lane_balance balance;
+    lane errors;
+    int sampled;
 
     bgc_batch_evaluate_f(b);
     b->active &= ~bgc_batch_bad(b, b->m->n_state, b->f);
@@ -238,8 +241,16 @@ static void attempt_adaptive(bgc_batch *b) {
     }
 
     /* The step, and its errors: of the solution, of the dense output, of the accounts. */
+    sampled = bgc_batch_samples_rounding(b);
+    if (sampled) {
+        bgc_batch_try_perturbed(b, h);
+    }
     bgc_batch_advance(b, h);
-    if (rejects(b, bgc_batch_norm(b, b->error, b->x, b->next), h, &error)) {
+    errors = bgc_batch_norm(b, b->error, b->x, b->next);
+    if (sampled) {
+        bgc_batch_judge_rounding(b, errors);
+    }
+    if (rejects(b, errors, h, &error)) {
         return;
     }
     move(b, t_new);
@@ -269,6 +280,7 @@ static void attempt_adaptive(bgc_batch *b) {
     bgc_batch_watch_switches(b);
     bgc_batch_watch_pulses(b);
     accept(b, &balance);
+    bgc_batch_follow_faint(b);
 }
 
 /* One attempt at a step of all lanes. */

@@ -1,0 +1,165 @@
+"""Ensembles and studies warn of the steps and the energies of a run as that run alone does."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from ensembles import interrupt_after
+
+import bgc
+from bgc.runtime.cli.app import application
+from bgc.runtime.model import Model
+from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+
+pytestmark = pytest.mark.slow
+
+# Fixed steps cannot bring x to rest: beside 0 its rate has no bound. A ball that knocks on a stiff
+# wall, whose energies steps that are too long do not keep. One equation, whose values are known.
+MODELS = """
+model Root {
+  param k = 1;
+  state x = 1;
+  der(x) = -k*cbrt(x) / 1 s;
+}
+
+scene root of Root { observe x; run 20 s every 1 s; }
+
+model Knock {
+  param k = 1000 N/m;
+  ball   : I(1 kg);
+  wall   : C(q0 = 1 m) { e = if q < 0 then k*q else 0; }
+  weight : Se(e = -9.81 N);
+  loss   : R(3 N*s/m);
+  motion : J1;
+  weight -> motion -> ball, wall, loss;
+}
+
+scene knock of Knock {
+  observe ball.f as v, energy.residual as residual in mJ;
+  run 1 s every 0.1 s;
+}
+"""
+STIFFNESSES = [1000.0, 1e4, 300.0, 2e4, 1e5, 10.0]
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("model") / "warned.bg"
+    path.write_text(MODELS)
+    return path
+
+
+@pytest.fixture(scope="module")
+def root(models: Path) -> Model:
+    return bgc.compile(models)
+
+
+@pytest.fixture(scope="module")
+def knock(models: Path) -> Model:
+    return bgc.compile(models, scene="knock")
+
+
+def told(model: Model, ensemble: Ensemble, **options: float | str) -> list[list[tuple[str, str]]]:
+    """The codes and messages of each instance's run alone."""
+    return [
+        [
+            (warning.code, warning.message)
+            for warning in model.simulate(
+                parameters={name: values[k] for name, values in ensemble.parameters.items()},
+                **options,
+            ).warnings
+        ]
+        for k in range(len(ensemble))
+    ]
+
+
+def texts(ensemble: Ensemble) -> list[list[tuple[str, str]]]:
+    """The same of an ensemble."""
+    return [
+        [(warning.code, warning.message) for warning in ensemble.run_warnings.get(k, ())]
+        for k in range(len(ensemble))
+    ]
+
+
+def test_a_wrong_end_is_not_left_without_a_word(root: Model) -> None:
+    """x reaches 0 at 1.5 / k and stays there; with long steps it ends at 1000."""
+    ensemble = root.simulate_many({"k": [0.01, 6000, 0.02, 0.03]}, solver="lie", step=0.1)
+    assert ensemble.together == 4
+    assert ensemble["x"][1, -1] == pytest.approx(1000)
+    (warning,) = ensemble.warnings
+    assert warning.code == "BG719"
+    assert warning.note == "in instance 1, with `k` = 6000"
+    assert list(ensemble.run_warnings) == [1]
+    assert ensemble.run(1).warnings == ensemble.run_warnings[1]
+    assert ensemble.run(0).warnings == ()
+
+
+@pytest.mark.parametrize("solver", ["lie", "ros23", "rk4"])
+def test_too_long_steps_and_lost_energy_are_those_of_runs_alone(knock: Model, solver: str) -> None:
+    """Some steps an instance takes by itself: the wall switches."""
+    options = {"solver": solver, "step": 0.005}
+    ensemble = knock.simulate_many({"k": STIFFNESSES}, **options)
+    assert ensemble.together == len(STIFFNESSES)
+    found = texts(ensemble)
+    assert found == told(knock, ensemble, **options)
+    assert {code for some in found for code, _ in some} == {"BG716", "BG719"}
+    assert not found[-1]  # a soft wall
+    assert sorted(warning.code for warning in ensemble.warnings) == ["BG716", "BG719"]
+
+
+def test_instances_that_run_alone_are_warned_of_too(knock: Model) -> None:
+    options = {"solver": "ros23", "step": 0.005}
+    together, alone = (
+        knock.simulate_many({"k": STIFFNESSES}, **options, vectorised=vectorised)
+        for vectorised in (True, False)
+    )
+    assert (together.together, alone.together) == (6, 0)
+    assert texts(together) == texts(alone) != [[]] * 6
+
+
+def test_warnings_outlive_an_interruption(root: Model, monkeypatch) -> None:
+    values = {"k": [6000.0, *np.linspace(0.01, 0.02, 11)]}
+    options = {"solver": "lie", "step": 0.1}
+    interrupt_after(monkeypatch, 1)
+    with monkeypatch.context() as one:
+        one.setattr("bgc.runtime.running.batches.processors", lambda: 1)
+        with pytest.raises(EnsembleInterrupted):
+            root.simulate_many(values, **options, resume=True)
+    monkeypatch.undo()
+    ensemble = root.simulate_many(values, **options, resume=True)
+    assert 0 < ensemble.recalled < 12
+    assert list(ensemble.run_warnings) == [0]
+    assert [warning.code for warning in ensemble.warnings] == ["BG719"]
+
+
+# --- studies ------------------------------------------------------------------------------------
+
+
+def test_a_study_a_fit_and_an_optimisation_pass_warnings_on(root: Model, tmp_path: Path) -> None:
+    options = {"solver": "lie", "step": 0.1}
+    study = root.sweep({"k": "4..40:4"}, ["max(x)"], **options)
+    assert {warning.code for warning in study.warnings} == {"BG719"}
+    best = root.optimise({"k": "20..40"}, minimise="max(x)", **options)
+    assert "BG719" in {warning.code for warning in best.warnings}
+    path = tmp_path / "record.csv"
+    root.simulate(**options, parameters={"k": 30.0}).to_csv(path)
+    fitted = root.fit(path, {"k": "20..40"}, **options)
+    assert "BG719" in {warning.code for warning in fitted.warnings}
+
+
+def test_the_command_prints_them_and_files_hold_them(models: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.npz"
+    result = CliRunner().invoke(
+        application,
+        ["sweep", str(models), "--vary", "k=0.01,6000,0.02,0.03", "--solver", "lie",
+         "--step", "100 ms", "--out", str(out), "--quiet"],
+    )  # fmt: skip
+    assert result.exit_code == 0
+    assert "warning[BG719]" in result.stderr and "in instance 1, with `k` = 6000" in result.stderr
+    with np.load(out) as archive:
+        (warned,) = json.loads(str(archive["about"]))["warnings"].items()
+    assert warned[0] == "1" and "is too long at" in warned[1][0]
