@@ -54,10 +54,9 @@ class LivePage:
     def _repr_html_(self) -> str:
         content = html.escape(self.document)
         style = f"width:100%;height:{self.height}px;border:0"
-        title = html.escape(self.title)
-        return (
-            f'<iframe title="{title}" srcdoc="{content}" style="{style}" allow="gamepad"></iframe>'
-        )
+        allow = "gamepad; gyroscope; accelerometer"
+        frame = f'title="{html.escape(self.title)}" style="{style}" allow="{allow}"'
+        return f'<iframe {frame} srcdoc="{content}"></iframe>'
 
 
 def live_page(file: Path, options: Options, height: int = 520) -> LivePage:

@@ -71,9 +71,12 @@ class Served:
 class View:
     """A page, and what it has complained about or requested."""
 
-    def __init__(self, browser, url, offline=False):
+    def __init__(self, browser, url, offline=False, has_touch=False):
         self.context = browser.new_context(
-            viewport={"width": 900, "height": 500}, offline=offline, accept_downloads=True
+            viewport={"width": 900, "height": 500},
+            offline=offline,
+            has_touch=has_touch,
+            accept_downloads=True,
         )
         self.page = self.context.new_page()
         self.wrong, self.requests = [], []
@@ -370,9 +373,50 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         mouse.up()
         view.page.get_by_label("Give hand back to trace").click()
         view.until("bgcView.player.held.length === 0 && !bgcView.devices.hands[0].taken")
-        view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
+        origin = served.url.split("/?")[0]
+        origins = (origin, origin.replace("http", "ws"))
+        view.close(origins)
+        check_tilting(View(browser, f"{served.url}&quality=low", has_touch=True), origins)
     finally:
         served.end()
+
+
+def check_tilting(view, origins):
+    """A tablet is held at 35 degrees and tilted by 16: half of the reach, behind 2."""
+    key = view.page.get_by_label("Tilt the screen to move it")
+    for answer, told in (("denied", "not allowed"), ("granted", "no sensor")):
+        view.ask(f"DeviceOrientationEvent.requestPermission = async () => '{answer}'; 0")
+        key.click()
+        view.until(f"document.querySelector('.handle small').textContent === '{told}'")
+        assert key.get_attribute("aria-pressed") == "false"
+    tilt = """([alpha, beta, gamma, angle]) => {
+      Object.defineProperty(screen.orientation, "angle", { value: angle, configurable: true });
+      dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha, beta, gamma })); }"""
+    place = "(([hand]) => hand.position.map((x) => x / hand.device.reach))(bgcView.devices.hands)"
+    for angle, postures in (
+        (0, ([0, 19, 0], [0, 51, 0], [0, 35, 0])),
+        (90, ([90, 0, -19], [90, 0, -51], [90, 0, -35])),  # the top of the tablet is at the left
+    ):
+        key.click()
+        view.page.evaluate(tilt, [*postures[2], angle])
+        for posture, ahead in zip(postures, (0.5, -0.5, 0.0), strict=True):
+            view.page.evaluate(tilt, [*posture, angle])
+            assert view.ask(place) == pytest.approx([ahead, 0, 0], abs=1e-9), posture
+            assert view.ask("bgcView.devices.hands[0].by") == "tilt"
+        key.click()
+        assert view.ask("bgcView.devices.hands[0].by") is None
+    # Held flat: to the left side, and turned clockwise; the model follows.
+    key.click()
+    view.page.evaluate(tilt, [10, 0, 0, 0])
+    view.page.evaluate(tilt, [10, 0, -16, 0])
+    assert view.ask(place) == pytest.approx([0, 0.5, 0], abs=1e-9)
+    view.page.evaluate(tilt, [354, 0, 0, 0])
+    assert view.ask(place) == pytest.approx([0, 0, 0.5], abs=1e-9)
+    view.until("bgcView.row[5] > 0.02 && bgcView.player.held[0] === 'hand'")
+    view.ask("bgcView.devices.letGo()")
+    assert key.get_attribute("aria-pressed") == "false"
+    view.until("bgcView.row[5] === 0")
+    view.close(origins)
 
 
 def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):

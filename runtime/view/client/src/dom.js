@@ -25,12 +25,13 @@ const PATHS = {
   help: '<circle cx="12" cy="12" r="8.5"/><path d="M9.6 9.6a2.5 2.5 0 1 1 3.4 2.6c-.7.3-1 .8-1 1.6M12 16.6v.2"/>',
   close: '<path d="M6 6l12 12M18 6 6 18"/>',
   undo: '<path d="M8 6 4.5 9.5 8 13M5 9.5h8.5a5 5 0 0 1 0 10H9"/>',
-  pin: '<path d="M9 4h6l-1 6 3 3.5H7L10 10zM12 13.500V20"/>',
+  pin: '<path d="M9 4h6l-1 6 3 3.5H7L10 10zM12 13.5V20"/>',
+  tilt: '<path d="m6.5 9.5 8-4.5 4.5 9-8 4.5zM4 16.5a9 9 0 0 0 4.5 4M15 3.5a9 9 0 0 1 4.5 3"/>',
   fit: '<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>',
   chevron: '<path d="m9 6 6 6-6 6"/>',
   search: '<circle cx="11" cy="11" r="6"/><path d="m15.5 15.5 4.5 4.5"/>',
   panel: '<path d="M4 5h16v14H4zM14.5 5v14"/>',
-  view: '<path d="M12 3.5 19.5 8v8L12 20.500 4.5 16V8zM12 12l7.500-4M12 12v8.500M12 12 4.500 8"/>',
+  view: '<path d="M12 3.5 19.5 8v8L12 20.5 4.5 16V8zM12 12l7.5-4M12 12v8.5M12 12 4.5 8"/>',
 };
 
 export function icon(name) {

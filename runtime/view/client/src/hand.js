@@ -1,4 +1,4 @@
-// The pose that the page gives a device, by the mouse, a finger or a gamepad.
+// The pose that the page gives a device, by the mouse, a finger, the keys, a gamepad or the tilt of the screen.
 
 const RETURN = 0.05; // s: time constant with which a handle that is let go springs back
 const DEAD = 0.12; // of a stick, around its middle
@@ -16,7 +16,8 @@ export class Hand {
     this.position = [0, 0, 0];
     this.buttons = new Array(BUTTONS).fill(0);
     this.gripper = 0;
-    this.by = null; // what holds it: "pointer", "gamepad" or "keyboard"
+    this.by = null; // what holds it: "pointer", "gamepad", "keyboard" or "tilt"
+    this.tilt = null; // the motion sensor, where the page has one
     this.stays = false; // where it is let go
     this.taken = false;
     this.sent = "";
@@ -41,6 +42,7 @@ export class Hand {
   }
 
   letGo() {
+    this.tilt?.stop();
     if (!this.taken || this.stays) return;
     this.release();
     this.position = [0, 0, 0];
@@ -54,6 +56,7 @@ export class Hand {
 
   // The scene's driver has the device again.
   lose() {
+    this.tilt?.stop();
     Object.assign(this, { taken: false, by: null, position: [0, 0, 0], gripper: 0, sent: "" });
     this.buttons.fill(0);
   }

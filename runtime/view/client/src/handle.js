@@ -4,6 +4,7 @@
 import { button, el } from "./dom.js";
 import { number } from "./numbers.js";
 import { reader } from "./parts.js";
+import { Tilt } from "./tilt.js";
 
 const SIZE = 104;
 const MIDDLE = SIZE / 2;
@@ -56,7 +57,14 @@ export class Handle {
     });
     this.pin.setAttribute("aria-pressed", false);
     this.back = button("undo", `Give ${name} back to ${hand.device.driver}`, () => leave(hand));
-    return el("div", { class: "row" }, el("b", {}, name), this.by, this.back, this.pin);
+    return el("div", { class: "row" }, el("b", {}, name), this.by, this.back, Tilt.isOffered ? this.tilted() : null, this.pin);
+  }
+
+  // Begins and ends to move the hand by the tilt of the screen.
+  tilted() {
+    const key = button("tilt", "Tilt the screen to move it", () => this.tilt.toggle(), { "aria-pressed": false });
+    this.tilt = new Tilt(this.hand, () => key.setAttribute("aria-pressed", this.tilt.on));
+    return key;
   }
 
   // The first buttons of the device, held as long as they are pressed.
@@ -132,7 +140,7 @@ export class Handle {
     this.text.textContent = `${[x, y, z].map((v) => number(1000 * v, 2)).join("  ")} mm`;
     if (!hand) return;
     const fed = ["pointer", "gamepad"].includes(hand.device.driver);
-    this.by.textContent = hand.taken ? hand.by ?? "on the page" : fed ? "drag it" : hand.device.driver;
+    this.by.textContent = this.tilt?.problem ? this.tilt.problem : hand.taken ? hand.by ?? "on the page" : fed ? "drag it" : hand.device.driver;
     this.back.hidden = !hand.taken || fed;
     this.root.classList.toggle("taken", hand.taken);
   }
