@@ -5,10 +5,15 @@ program; its figures stand in the manual. Without the damping and the brake the 
 that each test can fail.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from bgc import BgError
+from bgc.algebra.dag import Op
+from bgc.driver import compile_scene
+from bgc.options import Options
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view.live import LiveRun
 
@@ -55,7 +60,7 @@ def proxy(load):
 
 @pytest.mark.parametrize("K", [900.0, 1100.0, 2000.0, 5000.0])
 def test_a_wall_is_quiet_with_the_port_and_buzzes_without(wall, K):
-    """1, 4, 11: measured 1.0, .37, .01, 0 um; without guard 1479 to 12619 um."""
+    """1, 4: measured 1.0, .37, .01, 0 um; without guard 1479 to 12619 um."""
     quiet = run(wall, K=K)
     assert late(quiet) < 5e-6
     assert largest_step(quiet) < 0.25
@@ -223,6 +228,23 @@ def test_a_hand_rebounds_without_gain(wall):
         x = result["x"]
         speeds.append(-(x[-1] - x[-101]) / 0.1 / 0.1)
     assert 0.90 < speeds[0] < 1.0 < 1.02 < speeds[1]
+
+
+def test_a_sample_of_the_port_alone_takes_half_a_microsecond_at_most():
+    """11: three translations, by the latencies of all its operations one after the other at 2 GHz.
+
+    Additions and multiplications take 4 cycles, quotients and roots 20; a processor overlaps them.
+    """
+    models = Path(__file__).parents[1] / "models/sampled_ports.bg"
+    program = compile_scene(models, Options("alone"), until="optimise").optimised
+    dag = program.dag
+    reached = dag.reachable([held.update for held in program.held])
+    used = [Op(dag.op[node]) for node in reached if dag.op[node] > Op.SYMBOL]
+    assert len(program.books) == 1 and used.count(Op.SQRT) >= 1
+    cycles = sum(20 if op in (Op.DIV, Op.SQRT) else 4 for op in used)
+    plain = {"ADD", "SUB", "MUL", "DIV", "SQRT", "NEG", "MIN", "MAX", "LT", "LE", "AND", "SELECT"}
+    assert {op.name for op in used} <= plain  # functions such as an exponential take longer
+    assert cycles < 1000
 
 
 def test_a_contact_is_saved_and_continued_with_the_same_bits(wall):
