@@ -31,8 +31,15 @@ from bgc.runtime.realtime.course import (
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.passivity import Coupling, couplings, lag_warnings
 from bgc.runtime.realtime.pointers import Pointers
-from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, stamp
-from bgc.runtime.realtime.records import Kept, Recorder, forces_of, rows_of, whole_poses_of
+from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, now
+from bgc.runtime.realtime.records import (
+    POSE_STAMP,
+    Kept,
+    Recorder,
+    forces_of,
+    rows_of,
+    whole_poses_of,
+)
 from bgc.runtime.realtime.report import Report, report_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
@@ -446,6 +453,8 @@ class Realtime:
         angular_velocity: Sequence[float] | Array | None = None,
         gripper: float = 0.0,
         buttons: Sequence[float] = (),
+        stamp: float | None = None,
+        age: float = 0.0,
         device: str | None = None,
     ) -> None:
         """Hand a pose to a device with the driver `pointer` or `gamepad`.
@@ -460,6 +469,10 @@ class Realtime:
             m/s and rad/s; a velocity that is not given is computed from the positions.
         gripper, buttons
             m, and 0 or 1 for up to eight buttons.
+        stamp
+            When it was measured, s, by any clock that goes on; by default the present.
+        age
+            s, from the pose that the force held now answers to this one; 0: not known.
         device
             Its name, where several devices are pointers.
 
@@ -471,12 +484,15 @@ class Realtime:
         index = self._pointers.index(device)
         if self._final is None:
             rates = velocity, angular_velocity
-            words = pose_words(position, orientation, rates, gripper, buttons, stamp())
+            measured = now() if stamp is None else stamp
+            words = pose_words(position, orientation, rates, gripper, buttons, measured, age)
             self._pointers.feed(index, words)
 
-    def _written(self, name: str) -> Array | None:
-        latest = self._kept.latest
-        return None if latest is None else forces_of(latest, self.devices.index(name))[-1]
+    def _written(self, name: str) -> tuple[Array, float] | None:
+        latest, index = self._kept.latest, self.devices.index(name)
+        if latest is None:
+            return None
+        return forces_of(latest, index)[-1], float(whole_poses_of(latest, index)[-1, POSE_STAMP])
 
     def _fail_device(self, name: str, reason: str) -> None:
         self.warnings.append(python_device_failed(name, quotable(reason)))

@@ -28,21 +28,23 @@ class PythonDevice(Protocol):
 class PythonThread:
     """The thread of one object: reads it, and hands it the force, until it is stopped or fails.
 
-    `force` returns what the loop wrote last, (7,), None before the first sample. `failed` is called
-    with the reason of a fault.
+    `force` returns what the loop wrote last, (7,), and the time stamp of the pose that it answers,
+    None before the first sample. By these stamps the age of each pose is measured, unless the
+    object gives one. `failed` is called with the reason of a fault.
     """
 
     def __init__(
         self,
         device: PythonDevice,
         feed: Callable[..., None],
-        force: Callable[[], Array | None],
+        force: Callable[[], tuple[Array, float] | None],
         failed: Callable[[str], None],
     ) -> None:
         self._device, self._feed, self._force, self._failed = device, feed, force, failed
         self._ended = Event()
         self._thread = Thread(target=self._run, daemon=True)
-        self._feed(**self._device.read())
+        self._answered = 0.0  # stamp of the pose that the force of the object answers; 0: none
+        self._give()
         self._thread.start()
 
     def stop(self) -> None:
@@ -54,15 +56,23 @@ class PythonThread:
         write = getattr(self._device, "write", None)
         try:
             while not self._ended.wait(1.0 / _RATE):
-                self._feed(**self._device.read())
+                self._give()
                 if write is not None and (written := self._force()) is not None:
-                    write(written[:3], written[3:6], float(written[6]))
+                    force, self._answered = written
+                    write(force[:3], force[3:6], float(force[6]))
             if write is not None:
                 write(np.zeros(3), np.zeros(3), 0.0)
         except Exception as problem:  # the object is the user's: any error ends the loop
             self._failed(f"{type(problem).__name__}: {problem}")
 
+    def _give(self) -> None:
+        pose = dict(self._device.read())
+        measured = pose.setdefault("stamp", now())
+        if self._answered > 0.0:
+            pose.setdefault("age", measured - self._answered)
+        self._feed(**pose)
 
-def stamp() -> float:
-    """The time of a pose that Python hands over, s."""
+
+def now() -> float:
+    """The time stamp of a pose that is measured now, s."""
     return time.monotonic()

@@ -19,6 +19,8 @@ _POSE = (
 )
 _EFFORT = ("fx", "fy", "fz", "tx", "ty", "tz", "gripper_force")
 _HELD = ("hx", "hy", "hz", "age")
+POSE_STAMP = len(_POSE)
+"""Place of the time stamp in a pose."""
 _DEVICE_SIZE = POSE_SIZE + 2 * EFFORT_SIZE
 
 

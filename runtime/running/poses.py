@@ -12,8 +12,8 @@ from bgc.runtime.results.arrays import Array
 FED: Final = ("pointer", "gamepad")
 """Drivers whose pose is handed over by a program."""
 
-_WORDS: Final = 23
-_UNKNOWN: Final = (np.nan, 0.0, 0.0)  # C computes such a velocity from the positions
+_WORDS: Final = 27
+_UNKNOWN: Final = (np.nan, 0.0, 0.0)  # C computes such a velocity; it knows such a held force
 
 
 def pose_words(
@@ -23,8 +23,9 @@ def pose_words(
     gripper: float = 0.0,
     buttons: Sequence[float] = (),
     stamp: float = 0.0,
+    age: float = 0.0,
 ) -> Array:
-    """Arrange a pose as the numbers of `bgc_pose`, (23,).
+    """Arrange a pose as the numbers of `bgc_pose`, (27,).
 
     Parameters
     ----------
@@ -36,6 +37,8 @@ def pose_words(
         m, and 0 or 1 for up to eight buttons.
     stamp
         The time of the measurement, s; 0 where it is not known.
+    age
+        From the pose that the held force answers to this one, s; 0 where it is not known.
 
     Raises
     ------
@@ -44,7 +47,7 @@ def pose_words(
     """
     pressed = [*buttons, *[0.0] * (8 - len(buttons))]
     velocity, angular = (_UNKNOWN if rate is None else rate for rate in rates)
-    parts = (position, orientation, velocity, angular, [gripper], pressed, [stamp])
+    parts = (position, orientation, velocity, angular, [gripper], pressed, [stamp], _UNKNOWN, [age])
     words = np.concatenate([np.asarray(part, dtype=float) for part in parts])
     if len(words) != _WORDS or not np.isfinite(words[:7]).all():
         raise ValueError("a pose has 3 positions, a quaternion and up to 8 buttons")

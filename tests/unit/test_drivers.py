@@ -207,6 +207,13 @@ def test_a_pointer_without_velocities_gets_those_of_its_positions(runtime: Any) 
     assert found.velocity[0] == pytest.approx(0.3, rel=1e-6)
     pointer.read(0.2)
     assert pointer.answer == NO_NEWS
+    # A program that knows them hands over the held force and the age, which goes on.
+    feed(pointer.handle, ctypes.addressof(Pose(held_force=(1.0, 2.0, 3.0), age=0.01)))
+    assert (list(pointer.read(0.3).held_force), pointer.pose.age) == ([1.0, 2.0, 3.0], 0.01)
+    assert pointer.read(0.35).age == pytest.approx(0.06)
+    unknown = (math.nan, 0.0, 0.0)
+    feed(pointer.handle, ctypes.addressof(Pose(held_force=unknown)))
+    assert (list(pointer.read(0.4).held_force), pointer.pose.age) == ([0.0] * 3, 0.0)
     assert pointer.can.driven == 0 and pointer.write(1.0) == FINE
     pointer.close()
 

@@ -62,6 +62,12 @@ def read_until(device: Device, answer: int) -> bool:
     return device.answer == answer
 
 
+def answered(device: Device, force: float) -> None:
+    """Write a force, and read the state that answers it."""
+    device.answer = NO_NEWS
+    assert device.write(force) == FINE and read_until(device, FINE)
+
+
 @pytest.mark.parametrize("fault", ["", "in_parts", "ping", "flood"])
 def test_a_force_is_sent_and_the_state_that_answers_it_is_read(serve: Any, fault: str) -> None:
     service, device = serve("0001", "04C3", fault=fault, id="04C3")
@@ -83,6 +89,29 @@ def test_a_force_is_sent_and_the_state_that_answers_it_is_read(serve: Any, fault
     device.close()
     assert service.closed.wait(5.0) and service.force == [0.0] * 3  # which the service holds
     assert fault != "ping" or service.pongs[0] == b"alive"
+
+
+def test_the_age_is_the_time_since_the_state_that_the_held_force_answers(serve: Any) -> None:
+    """A state comes with the force of the message before; the clock of the test encloses both."""
+    _, device = serve()
+    before = time.monotonic()
+    for pause in (0.02, 0.0):
+        answered(device, 1.0)
+        after = time.monotonic()
+        time.sleep(pause)
+        asked = time.monotonic()
+        answered(device, 2.0)
+        age = device.pose.age
+        assert max(asked - after, 1e-9) <= age <= time.monotonic() - before
+        before = asked
+    device.read()
+    assert device.answer == NO_NEWS and device.pose.age > age  # a state that becomes old
+    device.close()
+    _, device = serve(fault="flood")
+    for _ in range(250):
+        answered(device, 1.0)  # 200 states are not those of one force, nor later of others
+    assert device.pose.age == 0.0
+    device.close()
 
 
 @pytest.mark.parametrize(

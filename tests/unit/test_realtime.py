@@ -11,6 +11,7 @@ import os
 import resource
 import subprocess
 import sys
+import threading
 import time
 import tty
 from collections.abc import Callable
@@ -37,7 +38,8 @@ from bgc.runtime.realtime import loop as loop_module
 from bgc.runtime.realtime.binding import POLICIES, ClockStruct, End, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
-from bgc.runtime.realtime.records import forces_of
+from bgc.runtime.realtime.python_device import PythonThread
+from bgc.runtime.realtime.records import forces_of, held_of
 from bgc.runtime.running.simulate import method_of
 
 STIFFNESS, DAMPING = 50.0, 3.0
@@ -607,6 +609,36 @@ def test_half_a_second_in_real_time_with_a_device_in_python(model: Any) -> None:
     assert sum(map(len, seen)) == report.samples == len(loop.time)
     assert loop.latest()["x"] == 0.04 and hand.written > 0
     assert report.work.worst >= report.work.p50 > 0.0
+    # The force of a read answers the one before it at the latest, 5 ms ago; before the first, none.
+    ages = held_of(np.concatenate(seen), 0)[:, 3]
+    assert ages[0] == 0.0 and ages[-1] >= 0.005
+
+
+def test_the_age_of_a_pose_in_python_goes_by_the_stamps_of_the_device() -> None:
+    """A device on a clock of its own, whose force always answers the pose before the last."""
+    fed: list[dict[str, Any]] = []
+    done = threading.Event()
+
+    class Clocked:
+        def read(self) -> dict[str, Any]:
+            return {"position": [0.0] * 3, "stamp": 100.0 + 0.25 * len(fed)}
+
+        def write(self, force: Any, torque: Any, gripper_force: float) -> None:
+            pass
+
+    def feed(**pose: Any) -> None:
+        fed.append(pose)
+        if len(fed) == 6:
+            done.set()
+
+    def force() -> tuple[np.ndarray, float] | None:
+        return (np.zeros(7), fed[-3]["stamp"]) if len(fed) > 2 else None
+
+    thread = PythonThread(Clocked(), feed, force, lambda reason: None)
+    assert done.wait(20.0)
+    thread.stop()
+    # Read k has the force of the turn before, which answers pose k - 3.
+    assert [pose.get("age") for pose in fed[:6]] == [None] * 3 + [0.75] * 3
 
 
 def test_a_loop_that_nobody_stops_ends_with_the_process(folder: Path) -> None:

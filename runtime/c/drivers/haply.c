@@ -5,6 +5,10 @@
  * their states (docs.haply.co/inverseSDK/service/realtime/websocket-protocol). So each write sends the force,
  * and the next read takes the state that answers it. The service holds the last force: the driver sends zero
  * before it closes.
+ * The service stamps nothing, but answers the messages in their order: the n-th state behind the inventory
+ * answers the n-th force. So the age of a state is the time, by the clock of this machine, on which the
+ * service runs too, from the state that its force answered to this one. More states than forces have been
+ * sent leave it unknown.
  * Options: port=10001, id=DEVICE (the first one), wait=2 (s): time in which the service has to answer.
  */
 #include "bgc_internal.h"
@@ -22,6 +26,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #ifdef MSG_NOSIGNAL
@@ -31,6 +36,7 @@ enum { HAPLY_SEND = 0 };
 #endif
 
 enum { HAPLY_ROOM = 1 << 17, HAPLY_ID = 64, HAPLY_MESSAGE = 512, HAPLY_MOST_MESSAGES = 64 };
+enum { HAPLY_KEPT = 1024 }; /* forces under way */
 enum { FRAME_TEXT = 1, FRAME_CLOSE = 8, FRAME_PING = 9, FRAME_PONG = 10 };
 
 typedef struct {
@@ -41,6 +47,10 @@ typedef struct {
     size_t held;
     char out[HAPLY_MESSAGE + 16]; /* the rest of a frame that the socket did not take */
     size_t left, sent;
+    double answers[HAPLY_KEPT]; /* s: when the state was taken that force n answers, at n mod HAPLY_KEPT */
+    uint64_t forces, states;    /* that were sent, and received */
+    int uncounted;              /* more states came than forces were sent */
+    double age, taken;          /* s: of the last state; when it was taken */
     char fault[160];
 } haply_state;
 
@@ -145,6 +155,23 @@ static json_text haply_device(const haply_state *h, json_text message) {
     return device;
 }
 
+static double haply_now(void) {
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Enters the state that was received last: its age, and the time. */
+static void haply_enter(haply_state *h) {
+    const double now = haply_now();
+    const int is_known = h->states > 0 && h->forces - h->states < HAPLY_KEPT;
+
+    h->uncounted |= h->states > h->forces;
+    h->age = is_known && !h->uncounted ? now - h->answers[(h->states - 1) % HAPLY_KEPT] : 0.0;
+    h->taken = now;
+}
+
 /* Takes the state of a message: 1; -1 with a fault where it has none. */
 static int haply_take(haply_state *h, json_text message) {
     const json_text device = haply_device(h, message);
@@ -201,10 +228,14 @@ static int haply_drain(haply_state *h, json_text *first) {
             if (haply_take(h, message) < 0) {
                 return -1;
             }
+            h->states++;
             news++;
         }
         h->held -= whole;
         memmove(h->in, h->in + whole, h->held);
+    }
+    if (news > 0) {
+        haply_enter(h);
     }
     return news;
 }
@@ -226,6 +257,9 @@ static int haply_command(haply_state *h, const double *force, const char *sessio
                       force[k] < 0.0 && micro > 0 ? "-" : "", micro / 1000000, micro % 1000000);
     }
     n += snprintf(text + n, sizeof text - (size_t)n, "},\"execute\":true}}}]}");
+    if (haply_flush(h) > 0) { /* it goes, now or in parts */
+        h->answers[h->forces++ % HAPLY_KEPT] = h->taken;
+    }
     return haply_send(h, FRAME_TEXT, text, (size_t)n);
 }
 
@@ -354,7 +388,10 @@ static void *haply_open(const char *options, char *message, size_t size) {
         haply_fault(h, "an id has no quotation marks", "");
     } else if (haply_connect(h, (int)port, ms) && haply_choose(h, ms)) {
         /* The inventory is a state too. Each message that follows is an answer. */
-        if (haply_drain(h, NULL) > 0 && haply_command(h, none, session) > 0) {
+        const int found = haply_drain(h, NULL);
+        h->states = 0;
+        h->uncounted = 0;
+        if (found > 0 && haply_command(h, none, session) > 0) {
             return h;
         }
     }
@@ -373,6 +410,7 @@ static int haply_read(void *handle, double t, bgc_pose *pose) {
     (void)t;
     memcpy(pose->position, h->pose.position, sizeof pose->position);
     memcpy(pose->velocity, h->pose.velocity, sizeof pose->velocity);
+    pose->age = h->age > 0.0 ? h->age + haply_now() - h->taken : 0.0;
     return news < 0 ? BGC_DEVICE_LOST : news > 0 ? BGC_DEVICE_FINE : BGC_DEVICE_NO_NEWS;
 }
 

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POSE_WORDS = offsetof(bgc_pose, held_force) / sizeof(double), ATTEMPTS = 8 };
+enum { POSE_WORDS = sizeof(bgc_pose) / sizeof(double), ATTEMPTS = 8 };
 
 typedef struct {
     atomic_uint sequence;
@@ -26,6 +26,7 @@ typedef struct {
     double smooth; /* s */
     double reach;  /* m */
     double time;   /* s: of the last read; negative: none */
+    double taken_at; /* s: of the last read with a new pose */
     bgc_pose pose;
     double velocity[3];
 } pointer_state;
@@ -59,7 +60,7 @@ static void *pointer_open(const char *options, char *message, size_t size) {
         return NULL;
     }
     p->time = -1.0;
-    p->pose = (bgc_pose){.orientation = {1.0, 0.0, 0.0, 0.0}};
+    p->pose = (bgc_pose){.orientation = {1.0, 0.0, 0.0, 0.0}, .held_force = {(double)NAN}};
     return p;
 }
 
@@ -105,7 +106,12 @@ static int pointer_read(void *handle, double t, bgc_pose *pose) {
 
     follow_velocity(p, t, &next);
     p->pose = next;
+    p->taken_at = is_new ? t : p->taken_at;
     memcpy(pose, &next, offsetof(bgc_pose, held_force));
+    if (!isnan(next.held_force[0])) {
+        memcpy(pose->held_force, next.held_force, sizeof pose->held_force);
+    }
+    pose->age = next.age > 0.0 ? next.age + fmax(t - p->taken_at, 0.0) : 0.0;
     if (isnan(next.velocity[0])) {
         memcpy(pose->velocity, p->velocity, sizeof p->velocity);
     }

@@ -154,7 +154,8 @@ EXPORTED("take_back") void page_take_back(void) { bgc_restore(page.m, page.d, pa
 
 /* Gives device k, whose driver is `pointer`, a pose: position, orientation, gripper, 8 buttons. */
 EXPORTED("hand") void page_hand(int k, const double *number) {
-    bgc_pose pose = {.velocity = {(double)NAN}, .angular_velocity = {(double)NAN}};
+    bgc_pose pose = {
+        .velocity = {(double)NAN}, .angular_velocity = {(double)NAN}, .held_force = {(double)NAN}};
 
     memcpy(pose.position, number, sizeof pose.position);
     memcpy(pose.orientation, number + 3, sizeof pose.orientation);
