@@ -68,6 +68,39 @@ def fitted(table: Table, width: int, between: int) -> Table:
     return replace(table, note=f"{table.note}\n{note}".lstrip())
 
 
+def parted(table: Table, widths: Sequence[int], width: int, between: int) -> tuple[Table, ...]:
+    """Part the columns of a table among tables that fit `width` characters, one below the other.
+
+    Each begins with the first column, which names the rows. `widths` are characters of the columns,
+    `between` those added to each. A column that is too wide by itself has a table of its own. The
+    title stands above the first table, the note below the last one.
+    """
+    groups: list[list[int]] = []
+    room = 0
+    for place in range(1, len(widths)):
+        needed = widths[place] + between
+        if not groups or needed > room:
+            groups.append([0])
+            room = width - widths[0] - between
+        groups[-1].append(place)
+        room -= needed
+    parts = [
+        replace(
+            table,
+            title="",
+            header=tuple(table.header[k] for k in group),
+            rows=tuple(tuple(row[k] for k in group) for row in table.rows),
+            note="",
+        )
+        for group in groups
+    ]
+    if not parts:
+        return (table,)
+    parts[0] = replace(parts[0], title=table.title)
+    parts[-1] = replace(parts[-1], note=table.note)
+    return tuple(parts)
+
+
 def elided(rows: Sequence[tuple[str, ...]], most: int) -> tuple[tuple[str, ...], ...]:
     """The rows, at most `most` of them: the first and the last, with a row of dots between."""
     if len(rows) <= most:

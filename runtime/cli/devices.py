@@ -10,8 +10,10 @@ import click
 from bgc.building.build import runtime_directory
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.cli.printing import hanging
 from bgc.runtime.realtime.found import Finding, find_all
 
+_INDENT = 23  # characters before a text
 _EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")
 
 
@@ -30,8 +32,10 @@ def devices(example: str | None) -> None:
 
 def _line(finding: Finding) -> str:
     mark = "ok" if finding.usable else "--"
-    text = f"{mark}  {finding.name:<18} {finding.text}"
-    return f"{text}\n{'':23}{finding.remedy}" if finding.remedy else text
+    text = hanging(f"{mark}  {finding.name:<18} ", finding.text, _INDENT)
+    if not finding.remedy:
+        return text
+    return f"{text}\n{hanging(' ' * _INDENT, finding.remedy, _INDENT)}"
 
 
 def _write_example(folder: Path) -> str:

@@ -18,6 +18,7 @@ from pathlib import Path
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.cli.printing import hanging
 
 _DISTRIBUTION = "bgc-lang"
 
@@ -76,9 +77,10 @@ def report(findings: tuple[Finding, ...]) -> str:
     width = max(len(finding.name) for finding in findings)
     lines = []
     for finding in findings:
-        lines.append(f"{finding.health.value}  {finding.name:<{width}}  {finding.found}")
+        name = f"{finding.health.value}  {finding.name:<{width}}  "
+        lines.append(hanging(name, finding.found, width + 6))
         if finding.remedy:
-            lines.append(f"{'':{width + 6}}-> {finding.remedy}")
+            lines.append(hanging(f"{'':{width + 6}}-> ", finding.remedy, width + 9))
     return "\n".join(lines)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import click
 
-from bgc.printing.tables import Table, fitted, table_text
+from bgc.printing.tables import Table, fitted, parted, table_text
 from bgc.runtime.cli.app import printable
 
 _QUOTED = re.compile(r"`[^`]*`")
@@ -32,8 +32,10 @@ def print_tables(tables: Iterable[Table]) -> None:
     for table in tables:
         if not (table.rows or table.note):
             continue
+        if not first:
+            click.echo()
         if plain:
-            click.echo(("" if first else "\n") + table_text(table), nl=False)
+            click.echo(table_text(table), nl=False)
         else:
             _print_rich(table)
         first = False
@@ -61,6 +63,22 @@ def print_sentence(text: str) -> None:
     click.echo("\n".join(lines).replace(_NO_BREAK, " "))
 
 
+def hanging(first: str, text: str, indent: int) -> str:
+    """A text after the beginning of its first line; on a terminal, further lines are indented.
+
+    Words, such as addresses and paths, are not broken.
+    """
+    if not sys.stdout.isatty():
+        return first + text
+    lines = textwrap.wrap(
+        text,
+        max(text_width() - indent, _NARROWEST),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return first + f"\n{'':{indent}}".join(lines)
+
+
 def text_width() -> int:
     """Characters of a line: those of the terminal (or of COLUMNS), else 100."""
     return shutil.get_terminal_size((_PIPE_WIDTH, 24)).columns
@@ -74,29 +92,35 @@ def _print_rich(table: Table) -> None:
     from rich.text import Text
 
     console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
-    table = fitted(table, console.width + 1, _BETWEEN)
-    widths = _unbroken_widths(table)
-    if sum(width or _NARROWEST for width in widths) + _BETWEEN * len(widths) > console.width + 1:
-        click.echo(table_text(table))  # a cut cell would be a wrong number
-        return
-    console.print(Text(table.title, style="bold"))
-    if table.rows:
-        shown = RichTable(
-            box=box.SIMPLE_HEAD,
-            show_header=bool(table.header),
-            show_edge=False,
-            padding=(0, _BETWEEN - 1, 0, 0),
-        )
-        for place, width in enumerate(widths):
-            heading = table.header[place] if table.header else ""
-            shown.add_column(heading, overflow="fold", no_wrap=bool(width), min_width=width)
-        for row in table.rows:
-            shown.add_row(*(Text(cell) for cell in row))
-        console.print(shown)
-    for line in table.note.splitlines():  # code is not broken, so that it can be copied
-        console.print(Text(line), soft_wrap="`" in line)
-    if table.note:
-        console.print()
+    room = console.width + 1
+    table = fitted(table, room, _BETWEEN)
+    needed = [width or _NARROWEST for width in _unbroken_widths(table)]
+    wide = sum(needed) + _BETWEEN * len(needed) > room
+    parts = parted(table, needed, room, _BETWEEN) if wide and table.header else (table,)
+    for number, part in enumerate(parts):
+        if number:
+            click.echo()
+        widths = _unbroken_widths(part)
+        if sum(width or _NARROWEST for width in widths) + _BETWEEN * len(widths) > room:
+            click.echo(table_text(part), nl=False)  # a cut cell would be a wrong number
+            continue
+        if part.title:
+            console.print(Text(part.title, style="bold"))
+        if part.rows:
+            shown = RichTable(
+                box=box.SIMPLE_HEAD,
+                show_header=bool(part.header),
+                show_edge=False,
+                padding=(0, _BETWEEN - 1, 0, 0),
+            )
+            for place, width in enumerate(widths):
+                heading = Text(part.header[place] if part.header else "")  # no markup: `x [mm]`
+                shown.add_column(heading, overflow="fold", no_wrap=bool(width), min_width=width)
+            for row in part.rows:
+                shown.add_row(*(Text(cell) for cell in row))
+            console.print(shown)
+        for line in part.note.splitlines():  # code is not broken, so that it can be copied
+            console.print(Text(line), soft_wrap="`" in line)
 
 
 def _unbroken_widths(table: Table) -> list[int | None]:
