@@ -16,6 +16,8 @@ from bgc.runtime.results.plot import KINDS, STYLE, Picture, write_figure
 
 _MOST_CELLS = 150  # of a map whose cells are written
 
+_DARK = 0.75  # from a share of 1, where the colours are dark
+
 _Axis = tuple[Array, str]
 
 
@@ -36,7 +38,8 @@ def plot_operability(
     columns = min(2, len(titles))
     rows = -(-len(titles) // columns)
     with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(5.0 * columns, 3.8 * rows + 0.8), layout="constrained")
+        wide = max(5.0, 1.5 + 0.5 * len(x))  # inches, so that the texts of cells stand apart
+        figure = Picture(figsize=(wide * columns, 3.8 * rows + 0.8), layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False)
         for h, place in enumerate(axes.flat):
             if h >= len(titles):
@@ -50,7 +53,17 @@ def plot_operability(
             place.plot(x, limits[h], color="black", marker="o", markersize=3, label="limit")
             if worst[h].size <= _MOST_CELLS:
                 for k, i in np.ndindex(len(y), len(x)):
-                    place.text(x[i], y[k], cells[h][k][i], ha="center", va="center", fontsize=7)
+                    colour = "white" if abs(shown[k, i] - 1.0) > _DARK else "black"
+                    place.text(
+                        x[i],
+                        y[k],
+                        cells[h][k][i],
+                        color=colour,
+                        ha="center",
+                        va="center",
+                        fontsize=7,
+                    )
+            place.set_ylim(bottom=max(place.get_ylim()[0], 0.0))
             place.set_title(titles[h])
             place.set_xlabel(x_label)
             place.set_ylabel(y_label)
