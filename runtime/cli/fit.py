@@ -23,10 +23,11 @@ from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.compiling import compile_model
 
 _EPILOG = """\b
-Examples:
-  bgc fit lift.bg --data run.csv --vary "k=1..1000 N/m" --vary "c=0..9 N*s/m"
-  bgc fit lift.bg --data run.csv --vary "k=1..1e6 N/m" --starts 16 \\
-      --match "position=x" --noise "position=1 mm" --loss huber --plot fit.png
+Examples (tuned.bg and shaken.csv: the manual, "Many runs"):
+  bgc fit tuned.bg --data shaken.csv --vary "stiffness=50..500 N/m" \\
+      --vary "damping=0..50 N*s/m"
+  bgc fit tuned.bg --data shaken.csv --vary "stiffness=1..1e4 N/m" \\
+      --starts 16 --noise "stretch=1 mm" --loss huber --plot fit.png
 """
 
 

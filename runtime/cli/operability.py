@@ -28,12 +28,11 @@ from bgc.runtime.results.study import StudyInterrupted
 _SHOWN = 3  # failures
 
 _EPILOG = """\b
-Example:
-  bgc operability lift.bg --height "vessel.sea.height=1..4 m:7" \\
-      --period "vessel.sea.period=5..13 s:5" \\
-      --heading "vessel.sea.heading=90, 180 deg" \\
-      --seed "vessel.sea.seed=1..10:10" --require "max(tension) < 300 kN" \\
-      --require "peak(pitch) from 20 s < 3 deg" \\
+Example (lift.bg and north_sea.csv: the manual, "Operability"):
+  bgc operability lift.bg --height "sea.height=1..5 m:3" \\
+      --period "sea.period=5..13 s:5" --seed "sea.seed=1..4:4" \\
+      --require "max(tension) < 350 kN" \\
+      --require "peak(speed) from 20 s < 3 m/s" --exposure "3 h" \\
       --scatter north_sea.csv --plot map.png
 """
 

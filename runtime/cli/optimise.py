@@ -24,13 +24,14 @@ from bgc.runtime.compiling import compile_model
 from bgc.runtime.studies.optimum import OptimisationInterrupted
 
 _EPILOG = """\b
-Examples:
-  bgc optimise lift.bg --vary "k=50..500 N/m" --minimise "max(load.z)" \\
-      --require "max(pressure) < 210 bar"
-  bgc optimise mount.bg --vary "k=1..1e4 N/m" --vary "c=0.1..100 N*s/m" \\
-      --minimise "peak(x) from 20 s" --over "w=5..15 rad/s:40" --plot way.png
-  bgc optimise lift.bg --vary "gain=0..9" --runs 2000 \\
-      --maximise "above(speed, 0.5 m/s)"
+Examples (tuned.bg: the manual, "Many runs"):
+  bgc optimise tuned.bg --vary "stiffness=10..400 N/m" \\
+      --minimise "peak(speed)" --require "peak(stretch) < 0.1 m"
+  bgc optimise tuned.bg --vary "stiffness=10..400 N/m" \\
+      --vary "damping=1..50 N*s/m" --minimise "peak(speed) from 5 s" \\
+      --over "mass=1..3 kg:5" --plot way.png
+  bgc optimise tuned.bg --vary "stiffness=10..400 N/m" --runs 200 \\
+      --maximise "above(speed, 0.1 m/s)"
 """
 
 

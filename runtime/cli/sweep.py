@@ -36,13 +36,13 @@ _PICTURES = (".png", ".svg", ".pdf")
 _SHOWN = 3  # failures, and warnings of instances
 
 _EPILOG = """\b
-Examples:
-  bgc sweep lift.bg --vary "mass=5..9 t:20" --out rows.csv
-  bgc sweep lift.bg --vary "mass=5, 7, 9 t" --vary "k=1..100 N/m:7 log" \\
-      --observe "max(tension)" --plot map.png
-  bgc sweep lift.bg --vary "mass=5..9 t" --vary "length=2..20 m" \\
-      --sample 256 --design saltelli --observe "max(tension) from 20 s" --rank
-  bgc sweep lift.bg --cases cases.csv --observe "rms(heave)" --out study.zarr
+Examples (tuned.bg: the manual, "Many runs"):
+  bgc sweep tuned.bg --vary "mass=1..9 kg:20" --out rows.csv
+  bgc sweep tuned.bg --vary "mass=1, 2, 4 kg" --observe "max(speed)" \\
+      --vary "stiffness=10..1e3 N/m:7 log" --plot map.png
+  bgc sweep tuned.bg --vary "mass=1..9 kg" --vary "damping=1..9 N*s/m" \\
+      --sample 64 --design saltelli --observe "rms(speed) from 5 s" --rank
+  bgc sweep tuned.bg --cases cases.csv --observe "rms(speed)" --out study.zarr
 """
 
 

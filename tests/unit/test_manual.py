@@ -24,6 +24,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -343,3 +344,21 @@ def test_the_reserved_words_are_those_of_the_grammar():
 def test_the_manual_is_in_the_package():
     packaged = resources.files("bgc.grammar").joinpath("LANGUAGE.md")
     assert packaged.read_text("utf-8") == MANUAL.read_text("utf-8")
+
+
+def test_examples_of_the_studies_are_of_files_and_names_of_the_manual(folder) -> None:
+    names = ("sweep", "fit", "optimise", "operability")
+    found = [application.get_command(click.Context(application), name) for name in names]
+    epilogs = [command.epilog.replace("\\\n", "") for command in found]
+    examples = [shlex.split(line) for text in epilogs for line in text.splitlines()]
+    examples = [words for words in examples if words[:1] == ["bgc"]]
+    assert len(examples) >= 9
+    known = {}
+    for _, _, file, *options in examples:
+        if file not in known:
+            known[file] = {*bgc.compile(folder / file, preview=True).parameters}
+        given = dict(zip(options[::2], options[1::2], strict=False))
+        assert (folder / given.get("--data", file)).exists()
+        for option in ("--vary", "--over", "--height", "--period", "--seed"):
+            name = given.get(option, "").partition("=")[0]
+            assert not name or name in known[file]
