@@ -39,6 +39,11 @@ class PortNumbers:
         return all(map(math.isfinite, astuple(self))) and self.period > 0
 
 
+def is_in_step(port: PortNumbers, step: float | None) -> bool:
+    """True where a port has the period of the scene's devices, s, or there are none."""
+    return step is None or math.isclose(step, port.period, rel_tol=1e-9)
+
+
 def judged(
     span: Span | None,
     name: str,
@@ -58,7 +63,8 @@ def judged(
     """
     if not port.is_known:
         return
-    if step is not None and not math.isclose(step, port.period, rel_tol=1e-9):
+    if not is_in_step(port, step):
+        assert step is not None
         yield messages.other_samples(span, name, port.period, step)
         return
     noise = port.damping * port.resolution / port.period

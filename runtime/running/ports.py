@@ -9,7 +9,7 @@ import numpy as np
 from bgc.building.built import Places, RunFacts
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.ir.port_facts import PortFacts
-from bgc.language.port_limits import NUMBERS, SHORT, PortNumbers, judged, largest
+from bgc.language.port_limits import NUMBERS, SHORT, PortNumbers, is_in_step, judged, largest
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.structures import Status
@@ -18,7 +18,8 @@ from bgc.runtime.running.structures import Status
 def require_ports(instance: Instance, facts: RunFacts, places: Places) -> tuple[Diagnostic, ...]:
     """Check the sampled ports of an instance at its start; return the warnings.
 
-    The compiler has checked them with the defaults of all parameters: with those nothing is done.
+    The compiler has checked them with the defaults of all parameters and the step of the scene:
+    with those nothing is done.
 
     Raises BgError BG471, BG472, BG474 for a port that cannot be stable.
     """
@@ -30,16 +31,19 @@ def require_ports(instance: Instance, facts: RunFacts, places: Places) -> tuple[
 
 
 def port_diagnostics(instance: Instance, facts: RunFacts, places: Places) -> tuple[Diagnostic, ...]:
-    """The diagnostics of the sampled ports of an instance, without those at the defaults."""
-    if not facts.ports or not _is_changed(instance):
+    """The diagnostics of the sampled ports of an instance, without those that were compiled."""
+    if not facts.ports:
         return ()
     index = parameter_places(instance)
     folded = dict(facts.folded)
     step = instance.sample_period or None  # 0: the model samples no devices
+    changed = _is_changed(instance)
     found: list[Diagnostic] = []
     for port, place in zip(facts.ports, places.ports, strict=True):
         numbers = PortNumbers(*(number_of(instance, index, folded, port, n) for n in NUMBERS))
-        found += judged(place.span, port.name, numbers, step, _response(instance, port))
+        # The step of a run may differ from that of the scene, and devices are read at it.
+        if changed or not is_in_step(numbers, step):
+            found += judged(place.span, port.name, numbers, step, _response(instance, port))
     return tuple(found)
 
 

@@ -184,6 +184,15 @@ def test_the_limits_hold_for_the_values_of_a_run(wall, proxy):
     assert many.failures[1].code == "BG472"
 
 
+def test_devices_are_read_at_the_period_of_a_port(load):
+    """A step of a run that is no part of the port's period reads its device at another one."""
+    walls = load("sampled_ports", "guards")
+    assert len(walls.simulate(5e-3, step=T / 2)) > 0
+    for step in (2 * T, 0.7 * T):
+        with pytest.raises(BgError, match="BG474"):
+            walls.simulate(5e-3, step=step)
+
+
 def test_a_slider_cannot_pass_the_limit(wall):
     """A page's run goes on with the earlier stiffness; a loop does not start above it."""
     live = LiveRun(wall, method_of(wall)[0], {})
