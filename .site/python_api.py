@@ -98,6 +98,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Errors",
         (
             "bgc.BgError",
+            "bgc.BgWarning",
             "bgc.diagnostics.diagnostic.Diagnostic",
             "bgc.SimulationError",
             "bgc.runtime.running.failures.RunInterrupted",

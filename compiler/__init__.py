@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bgc.diagnostics.announced import BgWarning
     from bgc.diagnostics.diagnostic import BgError
     from bgc.runtime import control
     from bgc.runtime.compiling import compile_model as compile
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BgError",
+    "BgWarning",
     "Ensemble",
     "Model",
     "Result",
@@ -35,6 +37,7 @@ __all__ = [
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
+    "BgWarning": ("bgc.diagnostics.announced", "BgWarning"),
     "BgError": ("bgc.diagnostics.diagnostic", "BgError"),
     "Ensemble": ("bgc.runtime.results.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),

@@ -4,27 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from bgc.diagnostics.announced import announce
 from bgc.diagnostics.doors import with_doors
 from bgc.runtime.linear.state_space import Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.running.arguments import seconds_of
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.simulate import state_after
+from bgc.runtime.running.warned import turned_negative
 
 
 @with_doors
 class EvaluatedModel(LoadedModel):
-    """A model with the methods that evaluate it once; see `bgc.runtime.model.Model`."""
+    """A model with the methods that evaluate it once; see `bgc.runtime.model.Model`.
+
+    They return bare numbers: their warnings are those of Python, a `bgc.BgWarning` each.
+    """
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
         """The state at time 0, (n,), SI, in the order of `states`.
 
         `parameters` are values for this call alone, SI numbers or texts with a unit.
         """
-        return self.instance_at(None, 0.0, parameters).state.copy()
+        return self._announced(None, 0.0, parameters).state.copy()
 
     def rhs(
         self,
@@ -53,7 +59,7 @@ class EvaluatedModel(LoadedModel):
         >>> rates = model.rhs(model.initial_state(), "2 s")  # doctest: +SKIP
         >>> dict(zip([state.name for state in model.states], rates))  # doctest: +SKIP
         """
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
+        instance = self._announced(state, time, parameters)
         status, f = instance.rhs()
         require(instance, status)
         return f
@@ -68,7 +74,7 @@ class EvaluatedModel(LoadedModel):
 
         `state`, `time`, `parameters` and errors are those of `rhs`.
         """
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
+        instance = self._announced(state, time, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         return dense
@@ -83,7 +89,7 @@ class EvaluatedModel(LoadedModel):
 
         `state`, `time`, `parameters` and errors are those of `rhs`.
         """
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
+        instance = self._announced(state, time, parameters)
         status, values = instance.outputs()
         require(instance, status)
         pairs = zip(self.measured, values.tolist(), strict=True)
@@ -100,7 +106,7 @@ class EvaluatedModel(LoadedModel):
         Of implicit equations they are the finite ones of the pencil (df/dy, M). `state`, `time`,
         `parameters` and errors are those of `rhs`.
         """
-        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
+        instance = self._announced(state, time, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         status, mass = instance.mass()
@@ -121,5 +127,18 @@ class EvaluatedModel(LoadedModel):
         return modes_of(self.eigenvalues(state, time, parameters))
 
     def state_at(self, time: Quantity) -> tuple[Array, Array]:
-        """Run to a time, s; return the state and the device inputs then. No rows are kept."""
-        return state_after(self, seconds_of(time, "time") or 0.0)
+        """Run to a time, s; return the state and the device inputs then. No rows are kept.
+
+        What a result would have in `warnings`, a `bgc.BgWarning` says; energies are not examined.
+        """
+        reached = state_after(self, seconds_of(time, "time") or 0.0)
+        announce(reached.warnings)
+        return reached.state, reached.inputs
+
+    def _announced(
+        self, state: Array | None, time: Quantity, parameters: Mapping[str, ParameterValue] | None
+    ) -> Instance:
+        """An instance at a point, after warnings of its parameters."""
+        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
+        announce(turned_negative(self, instance))
+        return instance

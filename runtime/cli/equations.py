@@ -171,7 +171,7 @@ def _print_linear(
     point = read_point(at, steady)
     opened = OpenedModel(file, options, inputs, outputs)
     linear = opened.linearise(opened.operating_point(point))
-    print_diagnostics(opened.warnings)
+    print_diagnostics(linear.warnings)
     print_tables(linear_tables(linear, full))
     if not linear.states and not linear.inputs:
         click.echo("no states: give an `--input`, to see what an output owes to it")

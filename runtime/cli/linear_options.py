@@ -55,7 +55,7 @@ def open_linear(
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     opened = OpenedModel(file, options, inputs, outputs)
     linear = opened.linearise(opened.operating_point(point))
-    print_diagnostics(opened.warnings)
+    print_diagnostics(linear.warnings)
     return linear
 
 

@@ -123,7 +123,7 @@ def operability(
         again = "; the same command computes the others" if problem.kept else ""
         click.echo(f"{problem}{again}", err=True)
         context.exit(INTERRUPTED)
-    print_diagnostics((*found.study.warnings, *islice(found.study.placed_failures(), _SHOWN)))
+    print_diagnostics((*found.warnings, *islice(found.study.placed_failures(), _SHOWN)))
     if out is not None:
         found.to_csv(out)
     if plot is not None:

@@ -48,6 +48,7 @@ class OperatingPoint:
     time: float
     state: Array
     inputs: Array
+    warnings: tuple[Diagnostic, ...] = ()  # about the run to this point
 
 
 class OpenedModel:
@@ -126,10 +127,10 @@ class OpenedModel:
         if self.opened.starts_at_rest:
             names = [variable.name for variable in program.states]
             start = self._at_rest(model.instance_at(None, 0.0, {}).state.copy(), names)
-        state, inputs = state_after(model, time, start)
+        reached = state_after(model, time, start)
         place = {variable.name: k for k, variable in enumerate(program.states)}
         places = [place[variable.name] for variable in self.opened.program.states]
-        return OperatingPoint(time, state[places], inputs)
+        return OperatingPoint(time, reached.state[places], reached.inputs, reached.warnings)
 
     def steady(self) -> OperatingPoint:
         """Find the equilibrium that the initial state leads to; BG082 if there is none.
@@ -181,7 +182,7 @@ class OpenedModel:
             point=point.state[left],
             time=point.time,
             shown={s.name: s.shown for s in states if s.shown is not None},
-            warnings=self.warnings,
+            warnings=(*self.warnings, *point.warnings),
         )  # fmt: skip
 
     def mode_shapes(self, point: OperatingPoint) -> tuple[tuple[Mode, ...], Complex]:

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from bgc.diagnostics.announced import announce
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.options import Options
-from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.operating import OpenedModel, OperatingPoint
 from bgc.symbolic.model import SymbolicModel
 from bgc.symbolic.system import Value
 from bgc.symbolic.transfer import TransferFunction
@@ -35,9 +36,11 @@ def symbolic_model(
     names = [symbol.name for symbol in model.inputs]
     opened = OpenedModel(path, options, names, outputs, values)
     if at == "steady":
-        near = _states(opened, at)
+        near = _states(opened, opened.operating_point(at))
         return model.at({symbol.name: e for symbol, e in model.equilibrium(near).items()})
-    point: dict[str, Value] = {**_states(opened, at), "time": float(at)}
+    reached = opened.operating_point(at)
+    announce(reached.warnings)
+    point: dict[str, Value] = {**_states(opened, reached), "time": float(at)}
     return model.at(point)
 
 
@@ -46,7 +49,7 @@ def transfer_at(
 ) -> tuple[TransferFunction, dict[str, float], tuple[Diagnostic, ...]]:
     """A transfer function with states as letters, and their numbers at an operating point.
 
-    The warnings are the compiler's.
+    The warnings are the compiler's, and those about the run to that point.
     """
     model = SymbolicModel(path, options, [input_], [output])
     function = model.transfer_function(output, input_)
@@ -54,13 +57,13 @@ def transfer_at(
     if not letters & {x.name for x in (*model.states, model.time)}:
         return function, {}, model.warnings
     opened = OpenedModel(path, options, [input_], [output])
-    numbers = {name: x for name, x in _states(opened, at).items() if name in letters}
+    point = opened.operating_point(at)
+    numbers = {name: x for name, x in _states(opened, point).items() if name in letters}
     if isinstance(at, float):
         numbers["time"] = at
-    return function, numbers, model.warnings
+    return function, numbers, (*model.warnings, *point.warnings)
 
 
-def _states(opened: OpenedModel, at: Point) -> dict[str, float]:
-    point = opened.operating_point(at)
+def _states(opened: OpenedModel, point: OperatingPoint) -> dict[str, float]:
     names = (state.name for state in opened.opened.program.states)
     return dict(zip(names, point.state.tolist(), strict=True))

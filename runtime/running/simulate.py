@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -21,7 +21,7 @@ from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
-from bgc.runtime.running.faint import Undecided, undecided
+from bgc.runtime.running.faint import Undecided, faint_states, undecided
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import port_diagnostics
@@ -33,6 +33,7 @@ from bgc.runtime.running.warned import run_warnings
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 _NO_OPTIONS: Mapping[str, float | None] = MappingProxyType({})
+_ROWS = 201  # of a run whose end alone is asked for, to see whether rounding decides it
 
 
 def simulate(
@@ -136,12 +137,21 @@ def _rows_wanted(
     return end, facts.every if every is None else every, method.step if method.fixed else None
 
 
-def state_after(model: LoadedModel, time: float, state: Array | None = None) -> tuple[Array, Array]:
-    """Run to a time, s, with the scene's method; return the state and the device inputs then.
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """The state and the device inputs at the end of a run, with the warnings about the run."""
 
-    The run starts at `state`, or else at the scene's start.
+    state: Array
+    inputs: Array
+    warnings: tuple[Diagnostic, ...]
+
+
+def state_after(model: LoadedModel, time: float, state: Array | None = None) -> Reached:
+    """Run to a time, s, with the scene's method.
+
+    The run starts at `state`, or else at the scene's start. Its energies are not integrated.
     """
-    method, _ = method_of(model)
+    method, notices = method_of(model)
     times = row_times(time, time, None, len(model.measured))
     rows = np.full((len(times), len(model.measured)), np.nan)
     with model.started(method, accounts=False) as instance:
@@ -153,7 +163,22 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
     # The last step may end behind the time: its dense output has the state there.
     at_end = instance.time <= time
     reached = instance.state.copy() if at_end else instance.state_at(time)
-    return reached, instance.input.copy()
+    inputs = instance.input.copy()
+    warned = (*notices, *run_warnings(model, instance, method))
+    if state is None and faint_states(instance):
+        warned += _rounded_away(model, method, time)
+    return Reached(reached, inputs, warned)
+
+
+def _rounded_away(model: LoadedModel, method: Method, time: float) -> tuple[Diagnostic, ...]:
+    """Repeat a run to a time, s, with rows; warn of the state that rounding decides (BG726)."""
+    times = np.linspace(0.0, time, _ROWS)
+    rows = np.full((len(times), len(model.measured)), np.nan)
+    with model.started(method, accounts=False) as instance:
+        status, _, _ = run_watched(instance, times, rows, progress=False)
+        require(instance, status)
+        found = undecided(model, method, instance, times, rows)
+    return () if found is None else (undecided_state(found),)
 
 
 def named_result(

@@ -25,11 +25,16 @@ def run_warnings(model: LoadedModel, instance: Instance, method: Method) -> Iter
 
     The codes are BG460; BG719 and BG730; BG731.
     """
+    yield from turned_negative(model, instance)
+    yield from step_warnings(model, instance.counts, method)
+
+
+def turned_negative(model: LoadedModel, instance: Instance) -> Iterator[Diagnostic]:
+    """Warn of parameters of an instance that are set to negative values (BG460)."""
     for name, what, element in model.facts.passive:
         value = model.parameters.turned_negative(instance, name)
         if value is not None:
             yield negative_value(None, element, what, value, f", as `{name}` is given")
-    yield from step_warnings(model, instance.counts, method)
 
 
 def step_warnings(

@@ -12,7 +12,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array, Mask
@@ -112,6 +112,11 @@ class Operability(Tabled):
     study: Study
     judge: str
     exposure: float | None
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """Warnings about the method and the runs: those of `study`."""
+        return self.study.warnings
 
     @property
     def worst(self) -> Array:
