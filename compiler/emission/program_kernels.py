@@ -132,6 +132,15 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             "z",
             stores("z", (switch.argument for switch in switches)),
         )
+    timed = [switch.argument for switch in switches if switch.timed]
+    if 0 < len(timed) < len(switches):
+        yield _kernel(
+            "timed_switches",
+            "Those of them that depend on time alone, which come first.",
+            _RUNNING,
+            "z",
+            stores("z", timed),
+        )
     if program.divisors:
         yield _kernel(
             "divisors",

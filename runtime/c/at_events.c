@@ -93,7 +93,9 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     if (!core->event && core->algebraic == 0) {
         const double *last = d->samples + (BGC_SAMPLES - 1) * bgc_padded(m->n_switch);
         memcpy(d->argument, last, (size_t)m->n_switch * sizeof *d->argument);
-        find_missing_modes(m, d);
+        if (core->near_edge) {
+            find_missing_modes(m, d);
+        }
         return BGC_OK;
     }
     if (!core->event) {
@@ -103,6 +105,7 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     }
 
     /* New modes and consistent states; f and the factors of W are those of the old modes. */
+    bgc_look_within(d);
     core->event = 0;
     core->event_at = core->t;
     core->counts.events++;

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 12
+#define BGC_ABI 13
 
 typedef enum {
     BGC_OK = 0,
@@ -225,6 +225,9 @@ typedef struct bgc_model {
     /* the arguments of the switches; NULL if there are none. */
     void (*switches)(const double *h, double t, const double *x, const double *u, double *z,
                      double *w);
+    /* those of the timed ones alone; NULL where these are none or all. */
+    void (*timed_switches)(const double *h, double t, const double *x, const double *u, double *z,
+                           double *w);
     /* assertion k holds where a[k] is defined and not 0. */
     void (*asserts)(const double *h, double t, const double *x, const double *u, double *a,
                     double *w);

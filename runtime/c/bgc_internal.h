@@ -20,7 +20,8 @@
  *         bgc_close_chains               closed chains at the end (closures.c)
  *         bgc_keep_consistent            algebraic equations at the end (consistent_steps.c)
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
- *         bgc_find_event                 the first change of a mode within the step (events.c)
+ *         bgc_find_event                 the first change of a mode within the step (events.c,
+ *                                        clear.c)
  *         bgc_check_asserts              (evaluate.c)
  *         bgc_check_divisors             (divisors.c)
  *         bgc_follow_faint               states below their tolerance (faint.c)
@@ -222,6 +223,11 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
 int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x);
 void bgc_enter_chains(const bgc_model *m, bgc_data *d);
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
+
+/* --- clear.c */
+void bgc_look_within(bgc_data *d);
+int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h);
+int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z);
 
 /* --- modes.c */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d);

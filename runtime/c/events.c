@@ -25,13 +25,17 @@ enum { MOST_UNRESOLVED = 8 };
 
 /* --- location of the first event of a step --------------------------------------------------- */
 
-/* Arguments are evaluated along the dense output of the step to d->next, or, for switches that depend
- * on time alone, with the present state. Only the states that they read are interpolated. */
+/* Arguments are evaluated along the dense output of the step to d->next, or, those that depend on time
+ * alone, with the present state. Only the states that they read are interpolated. */
 typedef enum { ALONG_STEP, TIME_ALONE } route;
 
 static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
     const double *x = d->x;
 
+    if (way == TIME_ALONE && m->timed_switches != NULL) {
+        m->timed_switches(d->h, t, x, d->u, z, d->work);
+        return;
+    }
     if (way == ALONG_STEP && m->n_timed < m->n_switch) {
         if (m->n_switch_state > 0) {
             bgc_interpolate_some(m, d, t, m->n_switch_state, m->switch_state, d->point);
@@ -128,9 +132,9 @@ static double locate_first(const bgc_model *m, bgc_data *d, route way, double lo
     return high;
 }
 
-/* Whether any of the first `count` switches has left its mode. */
-static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int count) {
-    for (int k = 0; k < count; k++) {
+/* Whether any switch has left its mode. */
+static int any_left(const bgc_model *m, const bgc_data *d, const double *z) {
+    for (int k = 0; k < m->n_switch; k++) {
         if (bgc_has_left(m, d, k, z[k])) {
             return 1;
         }
@@ -138,17 +142,28 @@ static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int 
     return 0;
 }
 
+/* The place of the arguments at sample i of a step. */
+static double *sample_place(const bgc_model *m, const bgc_data *d, int i) {
+    return d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
+}
+
 /* The end of a step: `end`, or the first event before it of a switch that depends on time alone. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
+    double *z = sample_place(m, d, BGC_SAMPLES);
+    int left = 0;
+
     if (m->n_timed == 0) {
         return end;
     }
-    memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
-    evaluate(m, d, TIME_ALONE, end, d->after);
-    if (!any_left(m, d, d->after, m->n_timed)) {
+    evaluate(m, d, TIME_ALONE, end, z);
+    for (int k = 0; !left && k < m->n_timed; k++) {
+        left = bgc_is_outside(m, d, k, z[k]);
+    }
+    if (!left) {
         return end;
     }
-    return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, d->after);
+    memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
+    return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, z);
 }
 
 /* The minimum of the parabola through three depths, if it is between the outer two and near the edge:
@@ -201,10 +216,14 @@ static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const do
     return !(high - low <= bgc_noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
 }
 
-/* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. */
+/* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. Where
+ * all depend on time alone, those at its end are known. */
 static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, double t) {
-    double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
+    double *here = sample_place(m, d, i);
 
+    if (i == BGC_SAMPLES && m->n_timed == m->n_switch) {
+        return here;
+    }
     if (i == BGC_SAMPLES && d->core.algebraic == 0) {
         m->switches(d->h, t, d->next, d->u, here, d->work);
     } else {
@@ -321,6 +340,9 @@ static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
                         const double *const *z, double *found) {
     for (int k = 0; k < m->n_switch; k++) {
         double inside[3], at;
+        if (d->ignored[k] != 0.0) {
+            continue;
+        }
         for (int j = 0; j < 3; j++) {
             inside[j] = bgc_depth_of(m, d, k, z[i - 2 + j][k]);
         }
@@ -363,35 +385,6 @@ static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const
     return BGC_NOT_FINITE;
 }
 
-/* fmin and fmax of numbers, without a call. */
-static inline double smaller(double a, double b) { return a < b ? a : b; }
-static inline double larger(double a, double b) { return a > b ? a : b; }
-
-/* Whether every argument stays clear of the edge of its mode, by the first samples of a step: farther
- * away than it varies, or constant within its mode, be it on the edge (a valve that rests on its
- * seat). */
-static int are_all_clear(const bgc_model *m, const bgc_data *d, const double *const *z) {
-    const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
-    const double *z3 = z[bgc_first_sample[2]];
-
-    for (int k = 0; k < m->n_switch; k++) {
-        const int operation = m->switch_info[k].operation;
-        const double mode = d->mode[k], all = z[0][k] + z1[k] + z2[k] + z3[k];
-        const double low = smaller(smaller(z[0][k], z1[k]), smaller(z2[k], z3[k]));
-        const double high = larger(larger(z[0][k], z1[k]), larger(z2[k], z3[k]));
-        const double nearest = smaller(bgc_depth(operation, mode, low),
-                                       bgc_depth(operation, mode, high));
-        if (isnan(all) || isnan(mode)) {
-            return 0;
-        }
-        if (!(nearest > bgc_clear_of_edge * (high - low)) &&
-            (low != high || bgc_is_outside(m, d, k, high))) {
-            return 0;
-        }
-    }
-    return 1;
-}
-
 /* After a step to d->next at `end`, with its dense output stored: sets *found to the time of its first
  * event and d->next to the state there; to `end` where there is none. BGC_STEP_TOO_SMALL asks for a
  * shorter step, if `may_shorten`. */
@@ -399,25 +392,31 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
                           double *found) {
     const double start = d->core.t;
     const double *z[BGC_SAMPLES + 1] = {d->argument};
-    double t[BGC_SAMPLES + 1] = {start};
+    double t[BGC_SAMPLES + 1];
 
-    /* Arguments at the samples: at a few first. */
+    /* Arguments at the samples: at the end and at a few first. */
     *found = end;
-    d->core.event = 0;
+    d->core.event = d->core.near_edge = 0;
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
     if (m->n_jump > 0) {
         bgc_ignore_turned(m, d);
     }
+    z[BGC_SAMPLES] = evaluate_sample(m, d, BGC_SAMPLES, end);
+    if (bgc_are_all_far(m, d, z[BGC_SAMPLES], end - start)) {
+        return BGC_OK;
+    }
+    t[0] = start;
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         t[i] = i == BGC_SAMPLES ? end : start + bgc_sample_at[i - 1] * (end - start);
     }
     for (int j = 0; j < BGC_FIRST_SAMPLES; j++) {
         const int i = bgc_first_sample[j];
-        z[i] = evaluate_sample(m, d, i, t[i]);
+        z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
     }
-    if (are_all_clear(m, d, z)) {
+    if (bgc_mark_clear(m, d, z)) {
         return BGC_OK;
     }
+    d->core.near_edge = 1;
     for (int i = 1; i < BGC_SAMPLES; i++) {
         z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
     }
@@ -431,7 +430,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     may_shorten = may_shorten && d->core.unresolved < MOST_UNRESOLVED &&
                   !bgc_is_too_short(start, least_part * (end - start));
     for (int k = 0; k < m->n_switch && may_shorten; k++) {
-        if (is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
+        if (d->ignored[k] == 0.0 && is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;
         }
@@ -440,11 +439,11 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     /* The first sample interval with an event: a mode left and regained, or left at its end. */
     for (int i = 1; i <= BGC_SAMPLES && !d->core.event; i++) {
         d->core.event = i > 1 && find_between(m, d, i, t, z, found);
-        if (!d->core.event && any_left(m, d, z[i], m->n_switch)) {
+        if (!d->core.event && any_left(m, d, z[i])) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             ignore_negligible(m, d, t[i], i, t, z);
         }
-        if (!d->core.event && any_left(m, d, z[i], m->n_switch)) {
+        if (!d->core.event && any_left(m, d, z[i])) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
             d->core.event = 1;

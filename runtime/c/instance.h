@@ -135,6 +135,8 @@ typedef struct {
     int event;       /* the step under way ends at an event */
     double event_at; /* time of the last event */
     int unreturned;  /* an argument that a jump turned back has not come back within its mode */
+    int near_edge;   /* in that step a switch came near to the edge of its mode, or it has none */
+    int looks;       /* steps of which the end alone may be looked at, before another look within */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
     /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
@@ -206,6 +208,7 @@ struct bgc_data {
     double *mode;           /* n_switch: modes at the present; NaN where a switch has none */
     double *argument;       /* n_switch: arguments at the present */
     double *extent;         /* n_switch: the largest absolute value of each argument so far */
+    double *swing;          /* n_switch: the variation of each argument over a step (clear.c) */
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */

@@ -84,6 +84,7 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     }
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
+    bgc_look_within(d);
     d->core.event_at = (double)NAN;
 }
 

@@ -9,6 +9,9 @@
 
 static const double bgc_noise_factor = 4.0; /* changes below this many state tolerances are noise */
 
+/* d->ignored: a switch is clear of the edge of its mode in the step under way. */
+static const double bgc_marked_clear = 4.0;
+
 /* The result of an operation; a NaN of an undefined argument: kernels compare then, and an undefined
  * law that is not guarded makes f undefined. */
 static inline double bgc_value_of(int operation, double z) {
@@ -20,18 +23,39 @@ static inline int bgc_is_given_up(const bgc_data *d, int k) { return isinf(d->re
 
 /* Whether the argument z is outside the range of the mode of switch k. */
 static inline int bgc_is_outside(const bgc_model *m, const bgc_data *d, int k, double z) {
+    const int operation = m->switch_info[k].operation;
     const double mode = d->mode[k];
 
-    return !isnan(mode) && !isnan(z) && bgc_value_of(m->switch_info[k].operation, z) != mode;
+    if (operation == BGC_ABOVE) {
+        return mode > 0.0 ? z <= 0.0 : mode == 0.0 && z > 0.0;
+    }
+    if (operation == BGC_NOT_BELOW) {
+        return mode > 0.0 ? z < 0.0 : mode == 0.0 && z >= 0.0;
+    }
+    return !isnan(mode) && !isnan(z) && bgc_value_of(operation, z) != mode;
 }
 
-/* The same, but for switches whose change is negligible in the step under way. */
+/* The same, but for switches whose change is negligible in the step under way, or which are clear. */
 static inline int bgc_has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
     return d->ignored[k] == 0.0 && bgc_is_outside(m, d, k, z);
 }
 
 static inline double bgc_depth_of(const bgc_model *m, const bgc_data *d, int k, double z) {
     return bgc_depth(m->switch_info[k].operation, d->mode[k], z);
+}
+
+/* The lesser distance of two arguments from the edge of the mode of an operation. */
+static inline double bgc_lesser_depth(int operation, double mode, double a, double b) {
+    double first, second;
+
+    if (operation == BGC_ABOVE || operation == BGC_NOT_BELOW) {
+        first = mode > 0.0 ? a : -a;
+        second = mode > 0.0 ? b : -b;
+    } else {
+        first = bgc_depth(operation, mode, a);
+        second = bgc_depth(operation, mode, b);
+    }
+    return first < second ? first : second;
 }
 
 #endif

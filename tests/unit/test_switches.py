@@ -16,6 +16,8 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.operation import Jump
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
+from bgc.emission.lower import lower
+from bgc.emission.optimise import optimise
 from bgc.emission.switches import hold_modes
 from bgc.ir.lowered import Switch
 
@@ -57,6 +59,27 @@ def test_what_only_parameters_or_held_inputs_decide_raises_none(make: Maker) -> 
     for other in (make.p, make.u):
         condition = dag.call(Op.LT, other, dag.one)
         assert make.switches(dag.select(condition, make.x, dag.one)) == ()
+
+
+@pytest.mark.parametrize(("of_time", "of_states"), [(1, 1), (1, 0), (0, 1)])
+def test_switches_of_time_have_a_kernel_of_their_own_only_beside_others(
+    make: Maker, of_time: int, of_states: int
+) -> None:
+    """The end of each step asks for these alone; the arguments of states may cost much."""
+    dag = make.dag
+    laws = [dag.call(Op.ABS, dag.sub(make.t, dag.one))] * of_time
+    laws += [dag.call(Op.ABS, dag.sub(make.x, dag.one))] * of_states
+    lowered = lower(optimise(make.program(sum_of(dag, laws))))
+    stores = {kernel.name: len(kernel.stores) for kernel in lowered.kernels}
+    assert stores["switches"] == of_time + of_states
+    assert stores.get("timed_switches") == (1 if of_time and of_states else None)
+
+
+def sum_of(dag: Dag, nodes: Sequence[int]) -> int:
+    total = dag.zero
+    for node in nodes:
+        total = dag.add(total, node)
+    return total
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,71 @@
+/* clear.c: switches that stay clear of the edge of their mode during a step.
+ *
+ * Most steps come near to no edge. An argument that is farther from the edge than it varies between a few
+ * samples of the step needs no closer look. Where it is much farther away than it has varied in the steps
+ * before, its value at the end of the step is enough; every few steps all arguments are looked at within
+ * the step nevertheless.
+ */
+#include "switches.h"
+
+#include <math.h>
+
+static const double far_from_edge = 16.0; /* times the variation of steps before */
+enum { LOOKS_AT_END = 7 };                /* between two looks within a step */
+
+/* fmin and fmax of numbers, without a call. */
+static inline double smaller(double a, double b) { return a < b ? a : b; }
+static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* The next step is looked at within. */
+void bgc_look_within(bgc_data *d) { d->core.looks = 0; }
+
+/* Whether every argument is far from the edge of its mode, by the arguments z at the end of a step of
+ * length h, or constant within its mode. Counts the looks. */
+int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) {
+    const double last = d->core.counts.last_step, growth = h > last ? h / last : 1.0;
+
+    if (d->core.looks == 0 || !(last > 0.0)) {
+        return 0;
+    }
+    d->core.looks--;
+    for (int k = 0; k < m->n_switch; k++) {
+        const int operation = m->switch_info[k].operation;
+        const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
+        const double swing = larger(growth * d->swing[k], change);
+        const double nearest = bgc_lesser_depth(operation, mode, before, z[k]);
+        if (isnan(mode) || (!(nearest > far_from_edge * swing) &&
+                            (swing != 0.0 || bgc_is_outside(m, d, k, z[k])))) {
+            return 0;
+        }
+        d->swing[k] = swing;
+    }
+    return 1;
+}
+
+/* Marks the switches that are clear of the edge of their mode, by the arguments z at the start of a step and
+ * its first samples: farther away than they vary, or constant within their mode, be it on the edge (a
+ * valve that rests on its seat). Returns whether all are. */
+int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
+    const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
+    const double *z3 = z[bgc_first_sample[2]];
+    int all_clear = 1;
+
+    for (int k = 0; k < m->n_switch; k++) {
+        const int operation = m->switch_info[k].operation;
+        const double mode = d->mode[k], all = z[0][k] + z1[k] + z2[k] + z3[k];
+        const double low = smaller(smaller(z[0][k], z1[k]), smaller(z2[k], z3[k]));
+        const double high = larger(larger(z[0][k], z1[k]), larger(z2[k], z3[k]));
+        const double nearest = bgc_lesser_depth(operation, mode, low, high);
+        const int clear = !isnan(all) && !isnan(mode) &&
+                          (nearest > bgc_clear_of_edge * (high - low) ||
+                           (low == high && !bgc_is_outside(m, d, k, high)));
+        if (!clear) {
+            all_clear = 0;
+        } else if (d->ignored[k] == 0.0) {
+            d->ignored[k] = bgc_marked_clear;
+        }
+        d->swing[k] = high - low;
+    }
+    d->core.looks = LOOKS_AT_END;
+    return all_clear;
+}
