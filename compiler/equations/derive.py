@@ -18,6 +18,7 @@ from bgc.equations.closures.multipliers import closing_rows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial import start_inertias
 from bgc.equations.inertias.merge import merge_inertias
+from bgc.equations.instants import without_instants
 from bgc.equations.jumps import require_free, resolve_jumps
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
 from bgc.equations.loops.loops import AlgebraicState
@@ -119,6 +120,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = with_linear_start(program, start_rows, variables.start_names)
     program = with_start(program, problem, variables)
     program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read, jumps))
+    program = without_instants(program)
     if causal.closures:
         require_representable(graph, program)  # closing a chain computes with its numbers
     program = close_chains(program, variables, closing, given)

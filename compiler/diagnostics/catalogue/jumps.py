@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import error, listed
+from bgc.diagnostics.catalogue import error, listed, warning
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
@@ -90,6 +90,31 @@ def condition_without_edge(span: Span, why: str, help: str) -> Diagnostic:
     Way out: compare by `<`, `<=`, `>` or `>=`: `when x >= 1 { reset v = 0; }`.
     """
     return error("BG483", f"the condition of this `when` {why}", span, help=help)
+
+
+def equal_for_an_instant(span: Span, timed: bool) -> Diagnostic:
+    """BG484: a comparison by `==` or `!=` that changes for an instant only (a warning)
+
+    What: a rate depends on whether two values are equal, and one of them moves with time or with a
+    state.
+    Why: such values are equal for an instant, in which nothing changes by a finite rate. Where time
+    alone moves them, the instant counts as not equal in all rates and powers, with every method. A
+    state may rest at a value, so that the comparison is made, but a run steps over the instant at
+    which the state passes it, unless a fixed step ends there.
+    Example: `der(x) = if time == 3 s then 1 else 0;`
+    Way out: for a change at that time, write `time >= 3 s`; for a short one,
+    `time >= 3 s and time < 3.1 s`; for a jump of a state, `when time >= 3 s { reset x = x + 1; }`.
+    Of a state, compare with a tolerance: `abs(v) < 1 mm/s`.
+    """
+    effect = "the instant adds nothing" if timed else "a run steps over the instant it is passed"
+    other = "`time >= 3 s` from then on, or `when time >= 3 s { reset .. }`"
+    near = "with `<` or `>=`, or with a tolerance: `abs(v) < 1 mm/s`"
+    return warning(
+        "BG484",
+        f"these values are equal for an instant only, and {effect}",
+        span,
+        help=f"compare by `>=`: {other}" if timed else f"compare {near}",
+    )
 
 
 def endless_jumps(time: float, place: Span | None = None) -> Diagnostic:
