@@ -15,9 +15,11 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.grammar.error_context import ErrorContext
 from bgc.grammar.files import read_source
 from bgc.grammar.lark_parser import lark_parser
-from bgc.grammar.mistakes import ErrorContext, block_kind, explain, reciprocal_unit
+from bgc.grammar.mistaken_values import reciprocal_unit
+from bgc.grammar.mistakes import block_kind, explain
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 
@@ -38,6 +40,7 @@ _SKIPPED = re.compile(
 )
 _RECIPROCAL = re.compile(r"=\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? (1/\S+)\s*\Z")
 _ELSE = re.compile(r"\s*else\b")
+_CLOSED = re.compile(r"\s*;")
 
 
 def parse(source: Source) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
@@ -323,7 +326,8 @@ def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> in
             case "}":
                 depth -= 1
                 if depth == 0 and not _ELSE.match(text, found.end()):
-                    return found.end()
+                    closed = _CLOSED.match(text, found.end())
+                    return closed.end() if closed else found.end()
             case ";" if depth == 0:
                 return found.end()
             case "/*":  # an unclosed comment

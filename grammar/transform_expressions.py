@@ -114,6 +114,8 @@ class ExpressionTransform:
         for operator, operand in zip(operators, children[2::2], strict=True):
             right = self.expression(operand, depth + 1)
             span = self.span(children[0]).to(self.span(operand))
+            if power := _GLUED_POWER.search(span.text if operator == "-" else ""):
+                self.report(wrong.power_of_unit(span, power[1], power[2]))
             made = syntax.Binary(str(operator), made, right, span)
         return made
 
@@ -239,6 +241,9 @@ class ExpressionTransform:
                 )
             )
         return tuple(made)
+
+
+_GLUED_POWER = re.compile(r"(?<![\w.])([0-9.]+(?:[eE][+-]?[0-9]+)? [A-Za-z][\w*/]*)-([0-9]+)$")
 
 
 def unquoted(token: object) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from bgc.diagnostics.catalogue import names, ranges, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
+from bgc.grammar.peers import function_advice
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.functions import BUILTINS
@@ -165,4 +166,5 @@ class _Checker:
             self._report.add(values.called_value(expr.span, expr.function))
             return
         known = (*BUILTINS, *self._module.functions)
-        self._report.add(values.unknown_function(expr.span, expr.function, known))
+        advice = function_advice(expr.function)
+        self._report.add(values.unknown_function(expr.span, expr.function, known, advice))

@@ -19,6 +19,7 @@ from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.grammar.peers import function_advice, keyword_advice
 from bgc.values import arithmetic, components, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.blocks import join_blocks
@@ -203,7 +204,7 @@ class _Evaluator:
                     expr.unit,
                     suggest_unit(expr.unit),
                     product,
-                    suggest_conversion(expr.unit),
+                    suggest_conversion(expr.unit) or keyword_advice(expr.unit),
                 )
             )
         si = expr.value * unit.factor
@@ -381,7 +382,8 @@ class _Evaluator:
                 raise failure(catalogue.called_value(expr.span, name))
             case name:
                 known = (*functions.BUILTINS, *self.scope.function_names())
-                raise failure(catalogue.unknown_function(expr.span, name, known))
+                advice = function_advice(name)
+                raise failure(catalogue.unknown_function(expr.span, name, known, advice))
 
     def user_call(self, use: FunctionUse, expr: syntax.Call, depth: int) -> Value:
         function = use.function

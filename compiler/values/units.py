@@ -16,7 +16,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from bgc.algebra.angles import PI
-from bgc.grammar.unit_spelling import GROUPED, ungrouped
+from bgc.grammar.unit_spelling import GROUPED, plain, ungrouped
 from bgc.values.shown import Shown
 
 Exponent: TypeAlias = int | Fraction
@@ -366,7 +366,7 @@ _MEANT: Mapping[str, str] = {
     "kts": "knot", "nm": "N*m", "kn": "kN", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s",
     "tesla": "T", "weber": "Wb", "siemens": "S", "mho": "S", "kmh": "km/h", "kph": "km/h",
     "mps": "m/s", "rads": "rad/s", "cc": "cm^3", "lpm": "L/min", "cst": "mm^2/s", "cp": "mPa*s",
-    "kwh": "kWh", "mwh": "MWh", "nmile": "nmi",
+    "mpa": "MPa", "kwh": "kWh", "mwh": "MWh", "nmile": "nmi",
 }  # fmt: skip
 
 _CONVERTED: Mapping[str, str] = {  # unsupported units, with the factor to a supported one
@@ -386,6 +386,8 @@ _CONVERTED: Mapping[str, str] = {  # unsupported units, with the factor to a sup
     "atm": "multiply by 101.325 and write `kPa`",
     "mmhg": "multiply by 133.32239 and write `Pa`",
     "mph": "multiply by 0.44704 and write `m/s`",
+    "grad": "multiply by 0.9 and write `deg`",
+    "gon": "multiply by 0.9 and write `deg`",
     "mile": "multiply by 1609.344 and write `m`",
     "tonf": "multiply by 9.80665 and write `kN`",
     "db": "write the ratio itself, `10^(level/20)` for a level in dB",
@@ -420,10 +422,9 @@ def suggest_unit(text: str) -> str:
     """
     if suggest_conversion(text):
         return ""
-    tidy = text.strip().replace("**", "^").replace("·", "*").replace("⋅", "*").replace(".", "*")
-    tidy = re.sub(r"[µμ](?=\w)", "u", tidy).replace("Ω", "ohm").replace("Ω", "ohm")
-    tidy = re.sub(r"\s+", "", tidy.replace("°C", "K").replace("°", "deg"))
-    tidy = re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", tidy.replace("²", "^2").replace("³", "^3"))
+    tidy = plain(text.strip().replace("°C", "K")).replace("**", "^").replace(".", "*")
+    tidy = re.sub(r"\s+", "", tidy)
+    tidy = re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", tidy)
     corrected = re.sub(r"[A-Za-z]+", lambda match: _correct_word(match[0]), tidy)
     return corrected if corrected != text and parse_unit(corrected) is not None else ""
 

@@ -124,7 +124,7 @@ def test_wrong_item(body: str, expected: list[tuple[str, str]]) -> None:
         ("domain D { param k = 1; }", [("BG116", "param")]),
         ("model A is { }", [("BG101", "{")]),
         ("model", [("BG101", "")]),
-        ("# model", [("BG108", "#")]),
+        ("# model", [("BG107", "#")]),
         ("\0", [("BG107", "\0")]),
     ],
 )

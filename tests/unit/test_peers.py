@@ -24,7 +24,7 @@ def helps(tmp_path: Path, text: str) -> str:
         ("R r;", "`r : R;`"),
         ("connect(r.p, c.p);", "`r.p -> c.p;`"),
         ("a -- b;", "`a -> b;`"),
-        ("a <- b;", "`a -> b;`"),
+        ("a <- b;", "`b -> a;`"),
         ("1-junction j;", "`j : J1;`"),
         ("left, right : C(1);", "`left : C; right : C;`"),
         ("j : 0;", "`j : J0;`"),
@@ -42,6 +42,104 @@ def helps(tmp_path: Path, text: str) -> str:
 )
 def test_a_statement_of_a_peer_gets_advice(tmp_path, text: str, advice: str) -> None:
     assert advice in helps(tmp_path, f"model M {{ {text} }}")
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        # Modelica
+        ("parameter Real k = 3;", "`param k = value;`"),
+        ("param Real k = 3;", "`param k = value;`"),
+        ("Boolean b = true;", "`param b = value;`"),
+        ("equation connect(r.p, c.p);", "`r.p -> c.p;`"),
+        ("Modelica.Electrical.Analog.Basic.Resistor r(R = 1);", "`r : Resistor(..);`"),
+        ("extends Base;", "`model Name is Base { .. }`"),
+        ("replaceable Spring s;", "`s : Interface = Spring;`"),
+        ("initial equation x = 3;", "`state x = ..;`"),
+        ("protected param k = 3;", "leave the word out"),
+        ("param x[3] = {1, 2, 3};", "`[1, 2, 3]`"),
+        ("algorithm x := 3;", "`let y = ..;`"),
+        ("let y = pre(1);", "`sample`"),
+        ("let y = noEvent(1);", "its argument alone"),
+        ("let y = Modelica.Math.sin(1);", "`sin(..)`"),
+        ("let y = inf;", "`1e30`"),
+        # 20-sim, Simscape, MATLAB, Julia, Python
+        ("{ a comment }", "`//`"),
+        ("% a comment", "`//`"),
+        ("real x;", "`state x = 0;`"),
+        ("let y = int(1);", "`state s = 0; der(s) = x;`"),
+        ("let y = if 1 > 0 then 1;", "`if a then b else c`"),
+        ("let y = if 1 > 0 then 1 elseif 2 > 1 then 3 else 2;", "`else if condition`"),
+        ("state x = 1; der(x) = if x > 0 then 1 else 2 end;", "a block ends with `}`"),
+        ("let y = 1 > 0 ? 1 : 2;", "`if a then b else c`"),
+        ("let y = 1 if 2 > 1 else 2;", "`if a then b else c`"),
+        ("if 1 == 1 { } elif 2 == 2 { }", "`else if condition`"),
+        ("let y = 1 ~= 2;", "`!=`"),
+        ("let y = 1 <> 2;", "`!=`"),
+        ("param k := 3;", "with `=`"),
+        ("param v = [1 2 3];", "by commas: `[1, 2]`"),
+        ("param A = [1, 2; 3, 4];", "`[[1, 2], [3, 4]]`"),
+        ("state x = 1; der(der(x)) = -x;", "`der(x) = v; der(v) = ..;`"),
+        ("state x = 1; ddt(x) = -x;", "`der(x) = ..;`"),
+        ("state x = 1; x += 1;", "`der(x) = ..;`"),
+        ("assert 1 > 0, 'why';", '`"why"`'),
+        ("r R(3);", "`r : R(..);`"),
+        ("a : R(3), b : R(4);", "`a : R(..); b : ..;`"),
+        ("a : R(3); a.p -> a.n;", "`a`"),
+        # numbers, units and letters
+        ("param l = 3 \u00b5m;", "`3 um`"),
+        ("param l = 3 k\u03a9;", "`3 kohm`"),
+        ("param l = 30\u00b0;", "`30 deg`"),
+        ("param l = 3 m\u00b2;", "`3 m^2`"),
+        ("param l = 3 s\u207b\u00b9;", "`3 s^-1`"),
+        ("param l = 3 N\u00b7m;", "`3 N*m`"),
+        ("param l = 20 \u00b0C;", "273.15"),
+        ("param \u03b80 = 1;", "`theta0`"),
+        ("param gr\u00f6sse = 1;", "`grosse`"),
+        ("param \u03bc = 1;", "`mu`"),
+        ("param l = 10 s-1;", "`10 s^-1`"),
+        ("param l = 3 m s^-2;", "`3 m*s^-2`"),
+        ("param l = 10 e-3;", "`10e-3`"),
+        ("param l = 1.e3;", "`1e3`"),
+        ("param l = 4k7;", "`4.7e3`"),
+        ("param l = 1,000,000;", "`1000000`"),
+        ("param l = 1_000;", "`1000`"),
+        ("param l = 1'000;", "`1000`"),
+        ("param l = 20 Mpa;", "`MPa`"),
+        ("param l = 3 [m];", "`3 m`"),
+        ("param l = 3 {m};", "`param l = 3 m;`"),
+        ("param l [m] = 3;", "`l : m = ..`"),
+        ("param l = 1.5*mm;", "`3 mm`"),
+    ],
+)
+def test_a_mistake_of_the_first_hour_gets_its_way_out(tmp_path, text: str, advice: str) -> None:
+    assert advice in helps(tmp_path, f"model M {{ {text} }}")
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("dt = 1 ms;", "`step 1 ms;`"),
+        ("StopTime = 3 s;", "`run 3 s;`"),
+        ("stop 3 s;", "`run 3 s;`"),
+        ("run for 3 s;", "`run 3 s;`"),
+        ("tolerance = 1e-6;", "`solver auto(rtol = 1e-6);`"),
+        ("k = 3 kg;", "`set k = value;`"),
+        ("deadline 1 ms hold;", "`deadline 1 ms, hold;`"),
+        ("deadline = 1 ms;", "`deadline 1 ms;`"),
+        ("start at rest;", "`start rest;`"),
+        ("initial k = 3;", "a scene sets its parameter"),
+    ],
+)
+def test_a_statement_of_a_peer_in_a_scene_gets_advice(tmp_path, text: str, advice: str) -> None:
+    model = "model M { param k = 1; s : Se(k); m : I(1); s -> m; }"
+    assert advice in helps(tmp_path, f"{model} scene a of M {{ {text} }}")
+
+
+def test_a_mistake_in_braces_is_reported_once(tmp_path) -> None:
+    file = tmp_path / "m.bg"
+    file.write_text("model M { param x[3] = {1, 2, 3}; param k = 3; }")
+    assert len(list(check_source(file))) == 1
 
 
 def test_a_model_without_braces_gets_advice(tmp_path) -> None:

@@ -9,7 +9,9 @@ from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
 
-def cannot_be_bonded(span: Span, name: str, what: str) -> Diagnostic:
+def cannot_be_bonded(
+    span: Span, name: str, what: str, way: str = "name an element, part or port"
+) -> Diagnostic:
     """BG400: an end of a bond that is not an element, part or port
 
     What: a chain of bonds names a value, or something else without a power port.
@@ -24,7 +26,7 @@ def cannot_be_bonded(span: Span, name: str, what: str) -> Diagnostic:
         "BG400",
         f"`{name}` is {what} and cannot be bonded",
         span,
-        help="name an element, part or port",
+        help=way,
     )
 
 

@@ -184,7 +184,9 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
     return error("BG210", f"{owner} has no `{name}`", span, help=near, edits=edits)
 
 
-def unknown_name(span: Span, name: str, candidates: Iterable[str], advice: str = "") -> Diagnostic:
+def unknown_name(
+    span: Span, name: str, candidates: Iterable[str], advice: str = "", unit: str = ""
+) -> Diagnostic:
     """BG211: a name that is not declared
 
     What: a name in an expression, a chain or a path is not visible here.
@@ -195,7 +197,7 @@ def unknown_name(span: Span, name: str, candidates: Iterable[str], advice: str =
     """
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
-    way_out = advice or near or "declare it, or give its path, for example `boom.mass`"
+    way_out = advice or near or unit or "declare it, or give its path, for example `boom.mass`"
     edits = [] if advice else respelt(span, name, candidates)
     return error("BG211", f"there is no `{name}` here", span, help=way_out, edits=edits)
 

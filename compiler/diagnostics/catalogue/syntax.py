@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error, respelt
@@ -42,7 +43,9 @@ def missing_semicolon(span: Span, after: str) -> Diagnostic:
     )
 
 
-def unclosed_bracket(span: Span, opened: Span, closer: str, found: str) -> Diagnostic:
+def unclosed_bracket(
+    span: Span, opened: Span, closer: str, found: str, help: str = ""
+) -> Diagnostic:
     """BG103: a bracket that is not closed
 
     What: a `(` or `[` is still open where the statement ends or another bracket closes.
@@ -55,8 +58,8 @@ def unclosed_bracket(span: Span, opened: Span, closer: str, found: str) -> Diagn
         f"expected `{closer}`, found {found}",
         span,
         labels=(Label(opened, f"this `{opened.text}` is not closed"),),
-        help=f"close it with `{closer}`",
-        edits=[Edit(Span(span.source, span.start, span.start), closer)],
+        help=help or f"close it with `{closer}`",
+        edits=[] if help else [Edit(Span(span.source, span.start, span.start), closer)],
     )
 
 
@@ -107,6 +110,20 @@ def misspelt_number(span: Span, message: str, help: str) -> Diagnostic:
     return error("BG106", message, span, help=help)
 
 
+def power_of_unit(span: Span, unit: str, power: str) -> Diagnostic:
+    """BG106, of a unit with a glued power: `10 s-1` would be 10 s less 1."""
+    number, _, word = unit.partition(" ")
+    if word in ("e", "E"):
+        message = "an exponent follows the digits of its number without a blank"
+        return misspelt_number(span, message, f"write `{number}e-{power}`")
+    spelt = f"{unit}^-{power}"
+    return misspelt_number(
+        span,
+        "a power of a unit is written with `^`",
+        f"write `{spelt}` for a unit, `{unit} - {power}` for a difference",
+    )
+
+
 def unknown_character(span: Span, shown: str, help: str) -> Diagnostic:
     """BG107: a character that the language does not use
 
@@ -124,7 +141,7 @@ def unknown_character(span: Span, shown: str, help: str) -> Diagnostic:
     )
 
 
-_SPELT = {"&&": "and", "||": "or", "**": "^", "==": "=", "<>": "!="}
+_SPELT = {"&&": "and", "||": "or", "**": "^", "==": "=", "<>": "!=", "~=": "!=", ":=": "="}
 
 
 def foreign_operator(span: Span, help: str) -> Diagnostic:
@@ -215,7 +232,9 @@ def chained_comparison(span: Span) -> Diagnostic:
     )
 
 
-def missing_operator(span: Span, before: str, found: str, unit: str = "") -> Diagnostic:
+def missing_operator(
+    span: Span, before: str, found: str, unit: str = "", instead: str = ""
+) -> Diagnostic:
     """BG114: two values without an operator between
 
     What: a value directly follows another value.
@@ -228,9 +247,9 @@ def missing_operator(span: Span, before: str, found: str, unit: str = "") -> Dia
         "BG114",
         f"expected an operator between {before} and {found}",
         span,
-        help=f"write the unit as `{unit}`, or a product with `*`"
-        if unit
-        else "write a product with `*`",
+        help=instead
+        or (f"write the unit as `{unit}`, or a product with `*`" if unit else "")
+        or "write a product with `*`",
     )
 
 
@@ -419,9 +438,12 @@ def not_callable(span: Span, product: str = "") -> Diagnostic:
     Example: `2(x + 1)`, `a.b(3)`, `10 V*sin(x)`
     Way out: write `2*(x + 1)`, `10 V * sin(x)`.
     """
+    *_, plain = span.text.split(".")
     way_out = (
         f"a unit ends at a blank: write `{product}(..)`"
         if product
+        else f"call a function by its plain name: `{plain}(..)`"
+        if plain != span.text and plain.isidentifier()
         else "write a product with `*`; call a function by its plain name"
     )
     return error(
@@ -495,7 +517,9 @@ def part_of_literal(span: Span, literal: str) -> Diagnostic:
     Example: `3 .x`, `time[1]`
     Way out: remove it.
     """
-    return error("BG132", f"`{_clipped(literal)}` has no components", span, help="remove this")
+    unit = re.fullmatch(r"\[\s*([A-Za-z][\w*/^-]*)\s*\]", span.text)
+    way_out = f"write a unit behind its number: `{literal} {unit[1]}`" if unit else "remove this"
+    return error("BG132", f"`{_clipped(literal)}` has no components", span, help=way_out)
 
 
 def _either(words: Sequence[str]) -> str:

@@ -314,19 +314,7 @@ def not_a_value(span: Span, what: str) -> Diagnostic:
     )
 
 
-_INSTEAD = {  # functions of other languages that are written otherwise here
-    "pow": "write `x^y`",
-    "power": "write `x^y`",
-    "sqr": "write `x^2`",
-    "square": "write `x^2`",
-    "round": "write `floor(x + 0.5)`",
-    "ln": "write `log(x)`",
-    "mod": "write `fmod(x, y)`",
-    "transposed": "write `transpose(A)`",
-}
-
-
-def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
+def unknown_function(span: Span, name: str, near: Iterable[str], instead: str = "") -> Diagnostic:
     """BG341: an unknown function
 
     What: neither the language nor this file and its imports have a function of that name.
@@ -336,10 +324,10 @@ def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
 
     Example: `let a = arcsin(0.5);`
 
-    Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
+    Way out: correct the spelling, or declare it: `function f(x) = x^2;`. `instead` is that for a
+    function of another tool, such as `pow`.
     """
     near = list(near)
-    instead = _INSTEAD.get(name.casefold())
     way_out = instead or did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
     edits = (
         []

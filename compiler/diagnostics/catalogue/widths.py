@@ -177,7 +177,7 @@ def domain_unbalanced(span: Span, name: str, efforts: int, flows: int) -> Diagno
     """
     return error(
         "BG415",
-        f"domain `{name}` has {efforts} efforts and {flows} flows",
+        f"domain `{name}` has {_counted(efforts, 'effort')} and {_counted(flows, 'flow')}",
         span,
         help="give both the same number of components, in the same order",
     )
@@ -229,3 +229,7 @@ def slot_width(
         labels=[Label(place, "the slot")],
         help="give it the slot's dimensions",
     )
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

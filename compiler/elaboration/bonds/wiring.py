@@ -216,8 +216,10 @@ def _member_target(world: World, env: Environment, expr: syntax.Member) -> Targe
         case PartArray():
             raise BgError([names.needs_index(expr.span, base.path, base.description)])
         case Element():
-            what = f"not a port (`{path_of(expr.base)}` is {with_article(base.kind)})"
-            raise BgError([graph.cannot_be_bonded(expr.span, path, what)])
+            element = path_of(expr.base)
+            what = f"not a port (`{element}` is {with_article(base.kind)})"
+            way = f"an element is bonded by its own name: `{element}`"
+            raise BgError([graph.cannot_be_bonded(expr.span, path, what, way)])
         case _:
             raise BgError([graph.cannot_be_bonded(expr.span, path, "not a part or port")])
 
