@@ -49,6 +49,7 @@ bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const c
         return BGC_DEVICE;
     }
     port->driver = driver;
+    port->news_at = INT64_MAX; /* until the loop begins, which waits for news from then on */
     port->can = (bgc_capabilities){.sensed = BGC_EVERY_AXIS, .driven = BGC_EVERY_AXIS};
     if (driver->capabilities != NULL) {
         memset(&port->can, 0, sizeof port->can);

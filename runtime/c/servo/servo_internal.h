@@ -24,7 +24,7 @@ typedef struct {
     bgc_capabilities can;
     bgc_effort given;
     double time;     /* s: of the last sample */
-    int64_t news_at; /* ns: when the device last gave something new */
+    int64_t news_at; /* ns: when the device last gave something new; INT64_MAX before the loop begins */
 } bgc_port;
 
 /* The stand-in of a device in a model. */
