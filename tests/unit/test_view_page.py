@@ -49,6 +49,7 @@ scene lift of Lift {
   observe angle, rate, bob;
   plot rate against angle;
   plot angle;
+  plot angle, rate, bob;
   run 5 s every 0.05 s;
 }
 """
@@ -174,6 +175,9 @@ def test_a_live_run_is_seen_steered_and_found_again(browser, live):
     page.keyboard.press("Space")
     view.until("bgcView.store.last > 0.3 && bgcView.player.playing")
     view.until("bgcView.plots.list[0].uplot.data[1][0].length > 10")
+    # The right axis has the units of all that it is for.
+    label = "(([, , { uplot }]) => uplot.axes[2].label(uplot))(bgcView.plots.list)"
+    view.until(f"bgcView.plots.list[2].uplot && {label} === 'rad/s, m'")
     page.get_by_label("Pause").click()
     view.until("!bgcView.player.playing")
     stopped = view.ask("bgcView.store.last")
@@ -424,9 +428,11 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         """interface Part { port p in; }
         model Plain is Part { port p in; r : R(2 ohm); p -> r; }
         model Warm is Part { port p in; param ohms = 3 ohm; r : R(ohms); p -> r; }
-        model RC { param volts = 5 V; supply : Se(e = volts); loop : J1; resistor : Part = Plain;
-        capacitor : C(10 uF); supply -> loop -> resistor; loop -> capacitor; }
-        scene charge of RC { observe capacitor.e, loop.f; run 0.1 ms; }""",
+        model RC { param volts = 5 V; input x[3] : m; supply : Se(e = volts + x[3]*(1 V/m));
+        loop : J1; resistor : Part = Plain; capacitor : C(10 uF);
+        supply -> loop -> resistor; loop -> capacitor; }
+        scene charge of RC { device hand = pointer(); drive x = hand.position;
+        observe capacitor.e, loop.f; run 0.1 ms; }""",
         "utf-8",
     )
     served = Served(folder / "rc.bg")
@@ -434,6 +440,8 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         view = View(browser, served.url)
         assert view.ask("document.querySelectorAll('main .plot').length") == 2
         assert view.ask("bgcView.stage === undefined")
+        plots, pad = (view.page.locator(f"main .{name}") for name in ("plots", "hands"))
+        assert plots.bounding_box()["y"] + plots.bounding_box()["height"] <= pad.bounding_box()["y"]
         view.ask("bgcView.setSpeed(1e-4)")
         view.page.keyboard.press("Space")
         view.until("bgcView.player.ended")

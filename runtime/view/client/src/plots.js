@@ -42,22 +42,23 @@ class Plot {
       values: (_, splits) => tickTexts(splits),
       ...extra,
     });
-    const side = (unit, k) => axis({
+    // The first unit is that of the left axis, all others share the right one.
+    const sides = [this.units.slice(0, 1), this.units.slice(1)].filter((of) => of.length);
+    const side = (of, k) => axis({
       scale: `y${k}`, side: k ? 1 : 3, size: 46, space: 24, grid: k ? { show: false } : grid,
-      label: (u) => scaledUnit(unit, exponentOf(u.scales[`y${k}`])), labelSize: 16, labelFont: font, labelGap: 0,
+      label: (u) => of.map((unit) => scaledUnit(unit, exponentOf(u.scales[`y${k}`]))).join(", "), labelSize: 16, labelFont: font, labelGap: 0,
     });
-    const units = this.units.slice(0, 2);
     const scales = { x: { time: false, range: () => this.range } };
-    units.forEach((_, k) => (scales[`y${k}`] = { range: padded }));
+    sides.forEach((_, k) => (scales[`y${k}`] = { range: padded }));
     const scaleOf = (q) => this.scaleOf(q);
     const options = {
       width: Math.max(80, this.chart.clientWidth),
       height: Math.max(60, this.chart.clientHeight),
-      padding: [6, units.length > 1 ? 0 : 18, 0, 0],
+      padding: [6, sides.length > 1 ? 0 : 18, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales,
-      axes: [axis({ size: 26, space: 60, values: (_, splits) => tickTexts(splits, 0).map((text, k) => (k === splits.length - 1 ? `${text} ${tick.unit}` : text)) }), ...units.map(side)],
+      axes: [axis({ size: 26, space: 60, values: (_, splits) => tickTexts(splits, 0).map((text, k) => (k === splits.length - 1 ? `${text} ${tick.unit}` : text)) }), ...sides.map(side)],
       series: [{}],
       hooks: {
         draw: [(u) => this.cursor(u, style.getPropertyValue("--accent").trim()), (u) => this.scaleLegend(u)],

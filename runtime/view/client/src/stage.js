@@ -62,6 +62,11 @@ void main() { float r = length(p.xy - centre) / reach; float fade = exp(-2.5 * r
   #include <colorspace_fragment>
 }`;
 
+// A metal shows what is around it: without that it would be black.
+function dull(surfaces) {
+  for (const surface of [surfaces ?? []].flat()) surface.metalness = Math.min(surface.metalness ?? 0, 0.15);
+}
+
 export class Stage {
   // `quality` is "low" for machines without a graphics card, "high" for pictures, else null: then the
   // drawing becomes coarser where it is slow.
@@ -97,7 +102,10 @@ export class Stage {
       .map((shape) => ({ shape, drawn: part(shape, this, meshes) }))
       .filter(({ drawn }) => drawn);
     for (const { shape, drawn } of this.parts) {
-      drawn.object.traverse((node) => (node.userData.shape = shape));
+      drawn.object.traverse((node) => {
+        node.userData.shape = shape;
+        if (low) dull(node.material);
+      });
       this.scene.add(drawn.object);
     }
     // A scene has one sea: that with waves goes before a calm one.
@@ -179,6 +187,7 @@ export class Stage {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (!this.touched && this.bounds) this.look(this.preset ?? "overview");
+    if (this.row) this.draw(); // a canvas of another size is empty until it is drawn
   }
 
   // Takes a row of the model's columns at a time.
