@@ -316,6 +316,13 @@ _NAMED = {
 }
 
 
+_ANGULAR: Mapping[str, str] = {
+    "rad": "an angle",
+    "rad/s": "an angular velocity",
+    "rad/s^2": "an angular acceleration",
+}
+
+
 def si_symbol(dimension: Dimension) -> str:
     """The SI unit of a dimension for tables: `N`, `m/s`, `kg*m/s^3`, or `1`.
 
@@ -341,14 +348,22 @@ def shown_of(dimension: Dimension | None) -> Shown | None:
 
 
 def describe_dimension(dimension: Dimension) -> str:
-    """Describe a dimension in messages: `a length (m)`, `a plain number`."""
+    """Describe a dimension in messages: `a length (m)`, `a plain number`.
+
+    The unit is in the words in which it was written. Radians tell quantities of one dimension apart
+    and have names of their own: `V*s/rad` is no magnetic flux, `N*m/rad` no energy.
+    """
+    symbol, quantity = _NAMED.get(dimension, (si_symbol(dimension), ""))
+    unit = parse_unit(written_text(dimension))
+    if unit is not None and "rad" in unit.symbol:
+        named = _ANGULAR.get(unit.symbol)
+        return f"{named} ({unit.symbol})" if named else f"a quantity in {unit.symbol}"
     if dimension == DIMENSIONLESS:
         return "a plain number"
-    symbol, quantity = _NAMED.get(dimension, (si_symbol(dimension), ""))
     if not quantity:
         return f"a quantity in {symbol}"
     article = "an" if quantity[0] in "aeiou" else "a"
-    return f"{article} {quantity} ({symbol})"
+    return f"{article} {quantity} ({symbol if unit is None else unit.symbol})"
 
 
 # --- suggestions ------------------------------------------------------------------------

@@ -17,6 +17,7 @@ import bgc
 from bgc.values import units
 from bgc.values.units import (
     DIMENSIONLESS,
+    Written,
     describe_dimension,
     divide,
     multiply,
@@ -166,6 +167,23 @@ def test_dimensions_are_described_in_words() -> None:
     assert describe_dimension((0, 2, 0, 0, 0, 0, 0)) == "an area (m^2)"
     assert describe_dimension(DIMENSIONLESS) == "a plain number"
     assert describe_dimension((1, 0, -5, 0, 0, 0, 0)) == "a quantity in kg/s^5"
+
+
+@pytest.mark.parametrize(
+    ("text", "described"),
+    [
+        ("V*s/rad", "a quantity in V*s/rad"),
+        ("kN*m/rad", "a quantity in N*m/rad"),
+        ("rpm", "an angular velocity (rad/s)"),
+        ("deg", "an angle (rad)"),
+        ("kN*m", "a torque or energy (N*m)"),
+        ("kg/s^5", "a quantity in kg/s^5"),
+    ],
+)
+def test_a_unit_is_described_in_the_words_in_which_it_was_written(text, described) -> None:
+    unit = parse_unit(text)
+    assert unit is not None
+    assert describe_dimension(Written(unit.dimension, text)) == described
 
 
 @pytest.mark.parametrize(
