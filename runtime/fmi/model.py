@@ -19,6 +19,7 @@ from bgc.driver import Stages, compile_scene
 from bgc.emission.mockup import Mockup, mockup_source
 from bgc.emission.prefix import prefix_problem, with_prefix
 from bgc.emission.tables import number, quoted
+from bgc.grammar.latin import latin
 from bgc.options import Options
 from bgc.runtime.fmi.description import Description
 from bgc.runtime.fmi.inputs import ChosenInputs
@@ -190,6 +191,6 @@ def _options(method: Method, accounts: bool) -> tuple[tuple[str, str], ...]:
 def identifier_of(file: Path, scene: str | None) -> str:
     """Return a name for files and C functions: letters, digits and single underscores."""
     text = file.stem if scene is None or scene == file.stem else f"{file.stem}_{scene}"
-    words = re.findall(r"[A-Za-z0-9]+", text)
+    words = re.findall(r"[A-Za-z0-9]+", latin(text))
     name = "_".join(words)[:_LONGEST_IDENTIFIER].strip("_")
     return name if name and name[0].isalpha() else f"fmu_{name}".strip("_")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from bgc.grammar.latin import latin
 from bgc.grammar.words import RESERVED
 from bgc.language.elements import ELEMENTS
 from bgc.reference.library import declarations
@@ -29,7 +30,7 @@ class Names:
 
     def value(self, text: str, other: str = "part") -> str:
         """Return a new name of a value or part; `other` if the text has no letters."""
-        name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_") or other
+        name = re.sub(r"[^A-Za-z0-9_]+", "_", latin(text)).strip("_") or other
         if not name[0].isalpha():
             name = f"{other}_{name}"
         if name in RESERVED:
@@ -38,7 +39,7 @@ class Names:
 
     def type(self, text: str) -> str:
         """Return a new name of a model."""
-        words = re.findall(r"[A-Za-z0-9]+", text)
+        words = re.findall(r"[A-Za-z0-9]+", latin(text))
         name = "".join(word[:1].upper() + word[1:] for word in words) or "Robot"
         if not name[0].isalpha():
             name = f"Robot{name}"
