@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -79,3 +81,25 @@ def test_the_extension_names_files_that_exist():
     named = [package["icon"], language["configuration"], grammar["path"], "src/extension.js"]
     assert all((EXTENSION / name).exists() for name in named)
     assert not list(EXTENSION.glob("package-lock.json"))
+
+
+@pytest.mark.skipif(shutil.which("vim") is None, reason="needs vim")
+def test_vim_colours_a_model(tmp_path):
+    text = "/// Doc.\nmodel M {\n  param mass = 2 kg;  // note\n  body : I(mass);\n  a -> b;\n}\n"
+    (tmp_path / "a.bg").write_text(text)
+    asked = [(1, 1), (2, 1), (3, 3), (3, 16), (3, 23), (4, 10), (5, 5)]
+    places = " + ".join(
+        f"[synIDattr(synID({line}, {column}, 1), 'name')]" for line, column in asked
+    )
+    script = (
+        f"set rtp^={colours.FOLDER / 'vim'}\nfiletype plugin on\nsyntax on\nedit a.bg\n"
+        f"call writefile([&filetype, &commentstring] + {places}, 'found')\nqa!\n"
+    )
+    (tmp_path / "script.vim").write_text(script)
+    command = ["vim", "-N", "-u", "NONE", "-i", "NONE", "-es", "-S", "script.vim"]
+    subprocess.run(command, cwd=tmp_path, stdin=subprocess.DEVNULL, timeout=60, check=False)
+    found = (tmp_path / "found").read_text().splitlines()
+    assert found[:2] == ["bg", "// %s"]
+    assert found[2:] == [
+        "bgDoc", "bgKeyword", "bgKeyword", "bgNumber", "bgComment", "bgElement", "bgArrow",
+    ]  # fmt: skip
