@@ -6,10 +6,11 @@ nodes. Creation order is a topological order: a node's operands have smaller num
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
+from math import isqrt
 
 from bgc.algebra.operations import ROWS
 from bgc.algebra.operations import Op as Op
@@ -48,6 +49,7 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _POW, _SELECT = map(
     int,
     (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.POW, Op.SELECT),
 )
+_LISTED, _INVERTED = int(Op.LISTED), int(Op.INVERTED)
 
 TABLE_OPS = frozenset(map(int, (Op.LOOKUP, Op.PLACE, Op.PIECE, Op.LOOKUP2)))
 _SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
@@ -68,7 +70,8 @@ class Dag:
     Operands that an operation lacks are -1. For CONST, `a` indexes `constants`; for SYMBOL, it
     indexes `symbols`. `places` holds the place in the source of the operations passed to `mark`,
     and of the nodes that `rebuild` made from them. `tables` holds the data that nodes look up, by
-    the number that is their first operand.
+    the number that is their first operand. Nodes LISTED have no number of their own: they are read
+    by INVERTED only (`inverted`).
     """
 
     def __init__(self) -> None:
@@ -336,6 +339,41 @@ class Dag:
             return self.call(Op.LOOKUP, number, *arguments)
         segment = self.call(Op.FLOOR, self.call(Op.PLACE, number, *arguments))
         return self.call(Op.PIECE, number, *arguments, segment)
+
+    # --- inverses -------------------------------------------------------------------
+
+    def inverted(self, matrix: Sequence[Sequence[int]]) -> list[list[int]]:
+        """The inverse of a square matrix of parameters, which a run computes once in doubles.
+
+        An entry is a node of its own. All refer to one list of the entries of the matrix, row by
+        row, that begins with the number of rows. The entries of a singular matrix are NaN.
+        """
+        size = len(matrix)
+        listed = self.const(size)
+        for row in matrix:
+            for entry in row:
+                listed = self._make(_LISTED, listed, entry)
+        places = (self.const(k) for k in range(size * size))
+        found = [self._make(_INVERTED, listed, place) for place in places]
+        return [found[size * i : size * (i + 1)] for i in range(size)]
+
+    def listed(self, node: int) -> list[int]:
+        """The entries, row by row, of a matrix to be inverted, by the end of its list."""
+        entries = []
+        while self.op[node] == _LISTED:
+            entries.append(self.b[node])
+            node = self.a[node]
+        return entries[::-1]
+
+    def place_in_inverse(self, node: int) -> int:
+        """The place of an INVERTED node in its inverse, row by row from zero."""
+        return int(self.constants[self.a[self.b[node]]])
+
+    def shown_inverse(self, node: int) -> tuple[int, tuple[int, int]]:
+        """An INVERTED node for printing: the first entry of the matrix, its own row and column."""
+        entries = self.listed(self.a[node])
+        row, column = divmod(self.place_in_inverse(node), isqrt(len(entries)))
+        return entries[0], (row + 1, column + 1)
 
     # --- rebuilding -----------------------------------------------------------------
 

@@ -7,13 +7,16 @@ rest.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from math import isqrt
 
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.nodes import Node
 from bgc.algebra.operations import ROWS
 
 CHOICES = frozenset(int(op) for op in Op if op.row.choice is not None)
+
+_INVERTED = int(Op.INVERTED)
 
 Partials = tuple[tuple[Node, Node], ...]
 
@@ -24,7 +27,7 @@ def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node])
     for inner in dag.reachable([node]):
         if inner in direction:
             tangent[inner] = direction[inner]
-        elif not tangent.keys().isdisjoint(dag.operands(inner)):
+        elif not tangent.keys().isdisjoint(_arguments(dag, inner)):
             change = _change(dag, inner, tangent)
             if change != dag.zero:
                 tangent[inner] = change
@@ -33,10 +36,12 @@ def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node])
 
 def gradient(dag: Dag, node: Node, symbols: Iterable[Node]) -> list[Node]:
     """The derivatives of a node by several symbols, by reverse differentiation."""
+    symbols = list(symbols)
     adjoint: dict[Node, Node] = {node: dag.one}
+    lowest = min((dag.level[symbol] for symbol in symbols), default=0)
     for inner in reversed(dag.reachable([node])):
         weight = adjoint.get(inner)
-        if weight is not None:
+        if weight is not None and not (dag.op[inner] == _INVERTED and dag.level[inner] < lowest):
             for operand, share in adjoint_shares(dag, inner, weight):
                 adjoint[operand] = dag.add(adjoint.get(operand, dag.zero), share)
     return [adjoint.get(symbol, dag.zero) for symbol in symbols]
@@ -79,8 +84,28 @@ def partials(dag: Dag, node: Node) -> Partials:
     An operand that is there twice (`x * x`) is listed twice. Operands by which the derivative is
     zero may be left out.
     """
+    if dag.op[node] == _INVERTED:
+        return _partials_of_inverse(dag, node)
     rule, operands = ROWS[dag.op[node]].partials, dag.operands(node)
     if not operands:
         return ()
     assert rule is not None, f"{Op(dag.op[node]).name} has the derivative of what it chooses"
     return tuple(zip(operands, rule(dag, node, *operands), strict=False))
+
+
+def _arguments(dag: Dag, node: Node) -> Sequence[Node]:
+    """The nodes that `partials` differentiates a node by."""
+    return dag.listed(dag.a[node]) if dag.op[node] == _INVERTED else dag.operands(node)
+
+
+def _partials_of_inverse(dag: Dag, node: Node) -> Partials:
+    """Entry (i, j) of an inverse X of A by each entry (k, l) of A: -X_ik X_lj."""
+    entries = dag.listed(dag.a[node])
+    size = isqrt(len(entries))
+    inverse = dag.inverted([entries[size * i : size * (i + 1)] for i in range(size)])
+    row, column = divmod(dag.place_in_inverse(node), size)
+    return tuple(
+        (entries[size * k + m], dag.neg(dag.mul(inverse[row][k], inverse[m][column])))
+        for k in range(size)
+        for m in range(size)
+    )

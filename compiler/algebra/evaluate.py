@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Generic, TypeVar
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
+from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.nodes import Node
 from bgc.algebra.operations import ROWS
 from bgc.algebra.table import Grid, base_of, orders_of
@@ -42,6 +43,7 @@ class NodeEvaluator(ABC, Generic[_Number]):
         self._dag = dag
         self._leaf = leaf
         self._known: dict[Node, _Number] = {}
+        self._inverses: dict[Node, list[_Number]] = {}  # by the end of the list of the matrix
 
     def value(self, node: Node) -> _Number:
         """The value of a node."""
@@ -58,11 +60,22 @@ class NodeEvaluator(ABC, Generic[_Number]):
                 known[node] = self._from_leaf(to_double(exact))
             elif symbol is not None:
                 known[node] = self._from_leaf(self._leaf(symbol))
+            elif dag.op[node] == Op.LISTED:
+                known[node] = self._from_leaf(math.nan)  # read by nobody
+            elif dag.op[node] == Op.INVERTED:
+                known[node] = self._inverse(dag.a[node])[dag.place_in_inverse(node)]
             else:
                 known[node] = self._from_operands(
                     dag.op[node], [known[x] for x in dag.operands(node)]
                 )
         return [known[root] for root in roots]
+
+    def _inverse(self, listed: Node) -> list[_Number]:
+        """The inverse of a matrix whose entries are known, row by row."""
+        if listed not in self._inverses:
+            entries = [self._known[x] for x in self._dag.listed(listed)]
+            self._inverses[listed] = self._inverted(entries)
+        return self._inverses[listed]
 
     def _apply(self, op: int, operands: list[float]) -> float:
         """One operation on doubles, or a look-up in a table of the graph."""
@@ -100,6 +113,10 @@ class NodeEvaluator(ABC, Generic[_Number]):
     def _from_operands(self, op: int, operands: list[_Number]) -> _Number:
         """The number of an operation, given those of its operands."""
 
+    @abstractmethod
+    def _inverted(self, entries: list[_Number]) -> list[_Number]:
+        """The inverse of a square matrix, given and returned row by row."""
+
 
 class Evaluator(NodeEvaluator[float]):
     """The values of a graph's nodes at one point, as doubles."""
@@ -109,6 +126,9 @@ class Evaluator(NodeEvaluator[float]):
 
     def _from_operands(self, op: int, operands: list[float]) -> float:
         return self._apply(op, operands)
+
+    def _inverted(self, entries: list[float]) -> list[float]:
+        return inverse_in_doubles(entries)
 
 
 def to_double(exact: Fraction) -> float:

@@ -113,6 +113,9 @@ class _Writer:
             self._spend(len(text))
             return text, _ATOM
         row = Op(dag.op[node]).row
+        if dag.op[node] == Op.INVERTED:
+            entry, column = dag.shown_inverse(node)
+            return f"inv([{self.write(entry)[0]}, ..]){list(column)}", _ATOM
         if Op(dag.op[node]) in {Op.ADD, Op.SUB, Op.NEG}:
             return self.write(node)
         operands = [self.write(operand) for operand in dag.operands(node)]

@@ -17,7 +17,7 @@ recognised. A positive answer is therefore reliable; a negative one means "not p
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
@@ -25,6 +25,7 @@ from math import isqrt
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.operation import Parity
 from bgc.algebra.operations import ROWS
+from bgc.algebra.residues import inverse_of_residues
 
 # Each prime q up to 149 is a square modulo both (by quadratic reciprocity, with both 7 modulo 8).
 # One prime in 2^35 has this property; these are two just below 2^61.
@@ -40,6 +41,7 @@ _SMALL_PRIMES = tuple(q for q in range(2, 150) if all(q % k for k in range(2, is
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT = map(
     int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.SELECT, Op.SQRT)
 )
+_INVERTED = int(Op.INVERTED)
 
 
 class Fingerprints:
@@ -50,6 +52,7 @@ class Fingerprints:
         self._values: list[int] = []
         self._steady: dict[int, int] = {}  # fingerprint -> node of at most PARAM level
         self._searched = 0
+        self._inverses: dict[int, list[int] | None] = {}  # end of a list -> entries of the inverse
 
     def value(self, node: int) -> int:
         """The fingerprint of a node: its residues modulo both primes, as one modulo both."""
@@ -73,6 +76,14 @@ class Fingerprints:
     def equal(self, a: int, b: int) -> bool:
         """Test whether two nodes are equal for all values of their symbols."""
         return a == b or self.value(a) == self.value(b)
+
+    def inverse(self, entries: Sequence[int]) -> list[int] | None:
+        """The fingerprints of the inverse of a square matrix of nodes, given and returned by rows.
+
+        None if it is singular for all values of its symbols.
+        """
+        values = [self.value(node) for node in entries]
+        return inverse_of_residues(values, _MODULUS)
 
     def constant(self, node: int) -> Fraction | None:
         """The rational number that a node always equals; None if none is proven."""
@@ -137,6 +148,8 @@ class Fingerprints:
                 result = _root(dag.constants[a[a[node]]], values[a[node]])
             elif kind == _DIV:
                 result = _divided(values[a[node]], values[b[node]])
+            elif kind == _INVERTED:
+                result = self._of_inverse(node)
             elif c[node] >= 0:
                 operands = (values[a[node]], values[b[node]], values[c[node]])
                 result = _at_both(_Point.hashed, kind, *operands)
@@ -145,6 +158,18 @@ class Fingerprints:
             else:
                 result = _at_both(_Point.of_one, kind, values[a[node]])
             values.append(result)
+
+    def _of_inverse(self, node: int) -> int:
+        """The fingerprint of an entry of an inverse; a hash where the matrix is singular."""
+        listed = self.dag.a[node]
+        if listed not in self._inverses:
+            self._inverses[listed] = self.inverse(self.dag.listed(listed))
+        entries = self._inverses[listed]
+        if entries is not None:
+            return entries[self.dag.place_in_inverse(node)]
+        return _at_both(
+            _Point.of_two, _INVERTED, *map(self._values.__getitem__, self.dag.operands(node))
+        )
 
 
 def negative(value: int) -> int:

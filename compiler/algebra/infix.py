@@ -49,7 +49,7 @@ def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
         n
         for n, count in uses.items()
         if count > 1
-        and dag.op[n] not in (Op.NOT, Op.NEG, Op.CONST, Op.SYMBOL, Op.PLACE)
+        and dag.op[n] not in (Op.NOT, Op.NEG, Op.CONST, Op.SYMBOL, Op.PLACE, Op.LISTED)
         and not is_segment(dag, n)
     }
 
@@ -69,6 +69,11 @@ def _body(
         suffix = f"_{marks}" if marks.strip("'") else marks
         shown = ", ".join([f'"{source}"', *(text[x][0] for x in arguments)])
         return f"{op.row.name}{suffix}({shown})", _ATOM
+    if op is Op.LISTED:
+        return "", _ATOM  # shown by its first entry
+    if op is Op.INVERTED:
+        entry, place = dag.shown_inverse(node)
+        return f"inv([{text[entry][0]}, ..]){list(place)}", _ATOM
     operands = [text[x] for x in dag.operands(node)]
     infix = op.row.infix
     if op is Op.SELECT:

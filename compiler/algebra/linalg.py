@@ -10,10 +10,12 @@ import math
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
+from math import isqrt
 
-from bgc.algebra.dag import Dag, Level
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.evaluate import evaluate_nodes, to_double
+from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Matrix, Node
 from bgc.algebra.rational_inverse import SingularRowsError, inverse_of
 
@@ -78,9 +80,10 @@ def inverse(dag: Dag, matrix: Matrix) -> Matrix:
 
     Blocks of rows and columns that no entry connects are inverted one by one: in rationals if
     constant, by cofactors up to 3 x 3 (which divides by the determinant only), otherwise by
-    elimination; symmetric ones from `LARGE` rows on in half a table. Pivots are diagonal entries
-    where possible, which are safe in a symmetric positive definite matrix, then constants, then
-    entries that may vanish for some parameter values.
+    elimination. From `LARGE` rows on, a matrix of parameters is left to the start of a run
+    (`Dag.inverted`), and a symmetric one that varies is eliminated in half a table. Pivots are
+    diagonal entries where possible, which are safe in a symmetric positive definite matrix, then
+    constants, then entries that may vanish for some parameter values.
 
     Raises
     ------
@@ -103,8 +106,49 @@ def _invert_block(dag: Dag, block: Matrix) -> Matrix:
         return _invert_constants(dag, block)
     if len(block) <= 3:
         return _invert_by_cofactors(dag, block)
-    swept = _invert_by_sweeps(dag, block) if len(block) >= LARGE else None
-    return swept or _invert_by_pivots(dag, block)
+    if len(block) < LARGE:
+        return _invert_by_pivots(dag, block)
+    if all(dag.level[node] <= Level.PARAM for row in block for node in row):
+        return _invert_at_start(dag, block)
+    return _invert_by_elimination(dag, block)
+
+
+def _invert_at_start(dag: Dag, block: Matrix) -> Matrix:
+    """Leave the inverse to the start of a run; of a symmetric one the entries are shared."""
+    if Fingerprints(dag).inverse([node for row in block for node in row]) is None:
+        raise SingularMatrixError
+    size = range(len(block))
+    found = dag.inverted(block)
+    if not _is_symmetric(block):
+        return _freeze(found)
+    return tuple(tuple(found[max(i, j)][min(i, j)] for j in size) for i in size)
+
+
+def spelled_out(dag: Dag, roots: Sequence[Node]) -> list[Node]:
+    """The roots with the inverses that are left to a run as operations on their entries."""
+    made: dict[Node, Node] = {}
+    inverses: dict[Node, Matrix] = {}
+    for node in dag.reachable(roots):
+        operands = tuple(made[x] for x in dag.operands(node))
+        made[node] = node if operands == dag.operands(node) else dag.rebuild(node, operands)
+        if dag.op[node] == Op.INVERTED:
+            listed = dag.a[made[node]]
+            if listed not in inverses:
+                entries = dag.listed(listed)
+                size = isqrt(len(entries))
+                block = [entries[size * i : size * (i + 1)] for i in range(size)]
+                inverses[listed] = _invert_by_elimination(dag, _freeze(block))
+            row, column = divmod(dag.place_in_inverse(node), len(inverses[listed]))
+            made[node] = inverses[listed][row][column]
+    return [made[root] for root in roots]
+
+
+def _invert_by_elimination(dag: Dag, block: Matrix) -> Matrix:
+    return _invert_by_sweeps(dag, block) or _invert_by_pivots(dag, block)
+
+
+def _is_symmetric(block: Matrix) -> bool:
+    return all(block[i][j] == block[j][i] for i in range(len(block)) for j in range(i))
 
 
 def _invert_constants(dag: Dag, block: Matrix) -> Matrix:
@@ -176,7 +220,7 @@ def _invert_by_sweeps(dag: Dag, block: Matrix) -> Matrix | None:
     matrix is not symmetric node for node, or a diagonal pivot vanishes.
     """
     size = range(len(block))
-    if any(block[i][j] != block[j][i] for i in size for j in range(i)):
+    if not _is_symmetric(block):
         return None
     table = [list(row[: i + 1]) for i, row in enumerate(block)]
     left = set(size)

@@ -755,6 +755,26 @@ class Op(IntEnum):
         smooth=False,
     )
 
+    # --- matrices that a run inverts: `Dag.inverted` --------------------------------------------
+
+    LISTED = Operation(  # no number: the entries before it, or the number of rows, and one more
+        arguments=("before", "entry"),
+        evaluate=_not_computed,
+        partials=_no_partials,
+        c="bgc_listed",
+        lanes=Lanes.HEADER,
+        smooth=False,
+    )
+    INVERTED = Operation(  # one entry of the inverse; its derivatives are in `derivatives.py`
+        arguments=("matrix", "place"),
+        evaluate=_not_computed,
+        partials=_no_partials,
+        c="bgc_invert",
+        c_header="bgc_inverse.h",
+        lanes=Lanes.HEADER,
+        smooth=False,
+    )
+
 
 ROWS: tuple[Operation, ...] = tuple(op.row for op in Op)
 """`ROWS[op]` is the row of an operation, also given as a plain int."""

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from math import isqrt
+from operator import mul
 
+from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.evaluate import NodeEvaluator
 
 _EPSILON = sys.float_info.epsilon
@@ -48,3 +51,19 @@ class RoundedEvaluator(NodeEvaluator[Rounded]):
                     for moved in (operand.value - operand.error, operand.value + operand.error)
                 )
         return Rounded(result, error)
+
+    def _inverted(self, entries: list[Rounded]) -> list[Rounded]:
+        """Errors E of A change its inverse X by X E X; rounding is like an E of n eps A."""
+        found = inverse_in_doubles([x.value for x in entries])
+        size = isqrt(len(entries))
+        moved = [x.error + size * _EPSILON * abs(x.value) for x in entries]
+        sizes = list(map(abs, found))
+        errors = _product(_product(sizes, moved, size), sizes, size)
+        return [Rounded(x, error) for x, error in zip(found, errors, strict=True)]
+
+
+def _product(left: list[float], right: list[float], size: int) -> list[float]:
+    """The product of two square matrices, row by row."""
+    columns = [right[j::size] for j in range(size)]
+    rows = [left[size * i : size * (i + 1)] for i in range(size)]
+    return [sum(map(mul, row, column)) for row in rows for column in columns]

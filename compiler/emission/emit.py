@@ -12,6 +12,7 @@ from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.amalgamate import joined
 from bgc.emission.explicit_cost import explicit_cost
 from bgc.emission.frame import print_unit
+from bgc.emission.inverses import print_prepare
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.partials import PARTIALS
@@ -213,10 +214,10 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     """Print all kernels, by name."""
     program = lowered.program
     hoisted = _hoisted(lowered)
-    texts = {
-        kernel.name: print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
-        for kernel in lowered.kernels
-    }
+    prepare, *running = lowered.kernels
+    texts = {prepare.name: print_prepare(program.dag, prepare, hoisted)}
+    for kernel in running:
+        texts[kernel.name] = print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
     texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))
     return texts
 

@@ -10,7 +10,7 @@ function exceeds the capacity of the register allocator.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
@@ -78,15 +78,17 @@ def print_kernel(
     hoisted: dict[Node, int],
     shared: bool = False,
     numbers: Numbers = DOUBLES,
+    known: Mapping[Node, str] | None = None,
 ) -> KernelText:
     """Print a kernel as C; `hoisted` maps a node to its index in h.
 
-    A `shared` kernel is visible to other units; others are static.
+    A `shared` kernel is visible to other units; others are static. A kernel that reads parameters
+    does not compute the nodes in `known`, which maps them to their text.
     """
     if kernel.reads is Reads.HOISTED:
         floor, leaves = int(Level.PARAM), {n: f"h[{k}]" for n, k in hoisted.items()}
     else:
-        floor, leaves = int(Level.CONST) - 1, {}
+        floor, leaves = int(Level.CONST) - 1, dict(known or {})
     stores, finish = kernel.stores, list[str]()
     if kernel.in_place:  # compute all new values before the first is stored
         stores = tuple(Store("w", k, s.node) for k, s in enumerate(stores))

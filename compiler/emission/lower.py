@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.linalg import spelled_out
 from bgc.emission.factorisation import choose_blocks
+from bgc.emission.inverses import with_inverses
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.least_cost import planned
 from bgc.emission.program_kernels import program_kernels, range_kernel, stores, watch_kernels
@@ -30,7 +32,7 @@ def lower(program: Program) -> Lowered:
     watching = () if ranges is None else (ranges,)
     for kernel in (*kernels, *watching):
         _verify(program.dag, kernel)
-    hoisted = hoisted_nodes(program.dag, (*kernels, *watching))
+    hoisted = with_inverses(program.dag, hoisted_nodes(program.dag, (*kernels, *watching)))
     prepare = Kernel(
         "prepare",
         "Everything that depends on parameters alone.",
@@ -89,11 +91,10 @@ def _verify(dag: Dag, kernel: Kernel) -> None:
 
 def dependent_defaults(program: Program) -> list[tuple[int, Node]]:
     """The index and default of each parameter whose default depends on others."""
-    return [
-        (parameter.index, parameter.value)
-        for parameter in program.parameters
-        if _has_symbols(program.dag, parameter.value)
-    ]
+    dag = program.dag
+    found = [p for p in program.parameters if _has_symbols(dag, p.value)]
+    values = spelled_out(dag, [parameter.value for parameter in found])
+    return [(p.index, value) for p, value in zip(found, values, strict=True)]
 
 
 def _has_symbols(dag: Dag, node: Node) -> bool:

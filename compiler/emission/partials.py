@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.emission.differentiate import forward_rows
+from bgc.emission.inverses import with_inverses
 from bgc.emission.kernels import hoisted_nodes
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Lowered, Reads, Store
@@ -64,7 +65,7 @@ def with_partials(lowered: Lowered, energies: bool) -> tuple[Lowered, Pattern]:
     )
     prepare, *running = lowered.kernels
     watching = () if lowered.ranges is None else (lowered.ranges,)
-    hoisted = hoisted_nodes(dag, (*running, kernel, *watching))
+    hoisted = with_inverses(dag, hoisted_nodes(dag, (*running, kernel, *watching)))
     prepare = replace(prepare, stores=tuple(Store("h", k, n) for k, n in enumerate(hoisted)))
     changed = replace(
         lowered,

@@ -145,8 +145,8 @@ class _Printer:
                 size[node] -= 1
             repeated = uses[node] > 1 and size[node] >= _SHORT and dag.op[node] != Op.NEG
             chosen = dag.op[node] == Op.SELECT and node not in roots
-            if dag.op[node] == Op.PLACE or is_segment(dag, node):
-                size[node] = 0  # of a table, which prints its argument alone
+            if dag.op[node] in (Op.PLACE, Op.LISTED) or is_segment(dag, node):
+                size[node] = 0  # of a table, or a matrix, which prints its argument alone
             elif repeated or chosen or (size[node] > _LONG and node not in roots):
                 named.append(node)
                 size[node] = 0
@@ -221,6 +221,12 @@ class _Printer:
             return self._product(node)
         if op in TABLE_OPS:
             return self._look_up(node), _POWER
+        if op is Op.LISTED:
+            return "", _ATOM  # shown by its first entry
+        if op is Op.INVERTED:
+            entry, (row, column) = dag.shown_inverse(node)
+            matrix = rf"\begin{{bmatrix}} {self._text_of(entry)[0]} & \cdots \end{{bmatrix}}"
+            return rf"\left({matrix}^{{-1}}\right)_{{{row},{column}}}", _ATOM
         texts = [self._text[x][0] for x in operands]
         if op is Op.POW:
             return f"{self.bracketed(operands[0], _ATOM)}^{{{texts[1]}}}", _POWER

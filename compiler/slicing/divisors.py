@@ -38,6 +38,11 @@ def with_divisor_checks(program: Program) -> Program:
         for node, finite in found.under(roots):
             if node in known or node in added:
                 continue
+            if finite and dag.op[node] == Op.INVERTED:
+                message = _of_matrix(_named(program, [node]), owner)
+                check = PositiveParameter(node, message, strictly_positive=False, finite=True)
+                added[node] = check
+                continue
             text = _text(program, node)
             if finite and text is None:
                 unnamed[node] = owner
@@ -100,6 +105,10 @@ def _message(text: str, owner: str, *, finite: bool) -> str:
     return f"{text} must not be zero: {owner} divides by it"
 
 
+def _of_matrix(names: str, owner: str) -> str:
+    return f"a matrix of {names} must not be singular: {owner} needs its inverse"
+
+
 def _text(program: Program, node: Node) -> str | None:
     """The expression for a message, None where it is too long."""
 
@@ -112,7 +121,12 @@ def _text(program: Program, node: Node) -> str | None:
 
 
 def _some_of(program: Program, nodes: Iterable[Node]) -> str:
-    """The parameters of expressions that are too long for a message, vectors by their names."""
+    """Words for expressions that are too long for a message."""
+    return f"an expression of {_named(program, nodes)}"
+
+
+def _named(program: Program, nodes: Iterable[Node]) -> str:
+    """The parameters of expressions, vectors by their names."""
     dag = program.dag
     indices = sorted(
         symbol.index
@@ -120,7 +134,7 @@ def _some_of(program: Program, nodes: Iterable[Node]) -> str:
         if (symbol := dag.symbol_of(node)) is not None and symbol.kind is Kind.PARAM
     )
     names = dict.fromkeys(program.parameters[k].name.split("[")[0] for k in indices)
-    return f"an expression of {listed(list(names), _MOST)}"
+    return listed(list(names), _MOST)
 
 
 class _Search:
@@ -129,6 +143,8 @@ class _Search:
     def __init__(self, program: Program) -> None:
         self._dag = program.dag
         self._seen: set[Node] = set()
+        self._searched: set[Node] = set()  # for inverses
+        self._matrices: set[Node] = set()  # ends of the lists of the matrices that were found
 
     def under(self, roots: Iterable[Node]) -> Iterator[tuple[Node, bool]]:
         """The nodes of PARAM level that must be nonzero, or finite if the flag is set."""
@@ -151,10 +167,25 @@ class _Search:
         """The conditions for an expression of parameters to be finite."""
         dag = self._dag
         for factor, power in _powers(dag, node, 1):
+            yield from ((inverse, True) for inverse in self._inverses(factor))
             if power < 0:
                 yield from ((inner, False) for inner in self._divisors(factor))
             elif self._divides(factor):
                 yield factor, True
+
+    def _inverses(self, node: Node) -> Iterator[Node]:
+        """One entry of each inverse that a node always evaluates and that was not found before."""
+        dag, stack = self._dag, [node]
+        while stack:
+            inner = stack.pop()
+            if inner in self._searched:
+                continue
+            self._searched.add(inner)
+            if dag.op[inner] != Op.INVERTED:
+                stack.extend(always_evaluated(dag, inner))
+            elif dag.a[inner] not in self._matrices:
+                self._matrices.add(dag.a[inner])
+                yield inner
 
     def _divisors(self, node: Node) -> Iterator[Node]:
         dag = self._dag
@@ -172,7 +203,7 @@ class _Search:
                 power < 0 and dag.level[n] == Level.PARAM for n, power in _powers(dag, inner, 1)
             ):
                 return True
-            for operand in always_evaluated(dag, inner):
+            for operand in always_evaluated(dag, inner) if dag.op[inner] != Op.INVERTED else ():
                 if operand not in seen:
                     seen.add(operand)
                     stack.append(operand)

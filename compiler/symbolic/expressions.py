@@ -17,6 +17,7 @@ from fractions import Fraction
 import sympy
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
+from bgc.algebra.linalg import spelled_out
 from bgc.ir.graph import Node
 
 _PI = Fraction(math.pi)  # the double that `pi`, `deg` and `rpm` stand for
@@ -34,7 +35,7 @@ def expressions(
     A function of C is written in SymPy's own: `hypot(x, y)` is `sqrt(x**2 + y**2)`, `fmod` and
     `cbrt` are spelled with `floor`, `sign` and powers so that they agree for negative numbers.
     """
-    roots = list(nodes)
+    roots = spelled_out(dag, list(nodes))
     done: dict[Node, sympy.Basic] = {}
     for node in dag.reachable(roots):
         value, symbol = dag.value(node), dag.symbol_of(node)

@@ -8,6 +8,7 @@ import numpy as np
 
 from bgc.algebra.dag import Kind, Op
 from bgc.algebra.derivatives import directional_derivative
+from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.evaluate import Evaluator as NumberEvaluator
 from bgc.algebra.evaluate import NodeEvaluator
 from bgc.algebra.operations import ROWS
@@ -33,6 +34,9 @@ class _Arrays(NodeEvaluator):
         if all(np.ndim(x) == 0 for x in operands):
             return self._apply(op, list(operands))
         return np.vectorize(ROWS[op].evaluate, otypes=[float])(*operands)
+
+    def _inverted(self, entries):
+        return inverse_in_doubles(entries)
 
 
 class RobotProbe:
