@@ -118,7 +118,9 @@ class Places:
     """The places of a model's assertions, switches, divisors, jumps, held values and ports.
 
     All are in the order of its tables. `checks` are those of its checks of parameters; only those
-    that a matrix is symmetric have a span, that of the storage element.
+    that a matrix is symmetric have a span, that of the storage element. `parameters` are those of a
+    range and those that their values follow from; instead of states they name the parameters that
+    the value reads directly.
 
     `start` names the elements whose initial values the runtime solves for; `loops` are the
     algebraic loops that it solves, each with the names of its states and of its elements.
@@ -133,6 +135,7 @@ class Places:
     held: tuple[Place, ...] = ()
     ports: tuple[Place, ...] = ()
     checks: tuple[Place, ...] = ()
+    parameters: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,6 +72,7 @@ def remember(
         "held": [_place_to_json(place) for place in built.places.held],
         "ports": [_place_to_json(place) for place in built.places.ports],
         "checks": [_place_to_json(place) for place in built.places.checks],
+        "parameters": [_place_to_json(place) for place in built.places.parameters],
         "start": list(built.places.start),
         "loops": [list(map(list, loop)) for loop in built.places.loops],
     }
@@ -162,6 +163,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         tuple(_place_from_json(place, texts) for place in note["held"]),
         tuple(_place_from_json(place, texts) for place in note["ports"]),
         tuple(_place_from_json(place, texts) for place in note["checks"]),
+        tuple(_place_from_json(place, texts) for place in note["parameters"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

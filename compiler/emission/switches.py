@@ -100,7 +100,24 @@ def places_of(lowered: Lowered) -> Places:
         jumps=tuple(Place(jump.span) for jump in lowered.program.jumps),
         held=tuple(Place(held.span, (held.name,)) for held in lowered.program.held),
         checks=tuple(Place(check.symmetric) for check in lowered.program.positive),
+        parameters=_parameter_places(lowered.program),
     )
+
+
+def _parameter_places(program: Program) -> tuple[Place, ...]:
+    """Where the values of parameters with a range come from: a place for each parameter."""
+    dag, parameters = program.dag, program.parameters
+    places = [Place(None)] * len(parameters)
+    waiting = [p.index for p in parameters if p.low is not None]
+    while waiting:
+        index = waiting.pop()
+        if places[index].span is not None:
+            continue
+        symbols = map(dag.symbol_of, dag.reachable([parameters[index].value]))
+        read = sorted({s.index for s in symbols if s is not None and s.kind is Kind.PARAM})
+        places[index] = Place(parameters[index].span, tuple(parameters[k].name for k in read))
+        waiting += read
+    return tuple(places)
 
 
 def _states_in(program: Program, node: Node) -> tuple[str, ...]:

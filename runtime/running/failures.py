@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import assert_never
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, assert_never
 
 from bgc.building.built import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
@@ -128,4 +129,33 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
         return run.parameters_refused(message)
     info = model.param[index]
     value = instance.parameter(index)
-    return parameter_out_of_range(text(info.name), text(info.unit), value, info.low, info.high)
+    numbers = value, info.low, info.high
+    origins = origins_of(
+        model, places, index, lambda k: bool(instance.parameter(k) != model.param[k].value)
+    )
+    names = [text(model.param[k].name) for k in origins]
+    spans = [places.parameters[k].span for k in (*origins[:1], index)] if origins else []
+    return parameter_out_of_range(text(info.name), text(info.unit), *numbers, names, *spans)
+
+
+def origins_of(
+    model: Any, places: Places, index: int, is_changed: Callable[[int], bool]
+) -> list[int]:
+    """The parameters of a C model that a parameter's value follows from: those that a run changes,
+    else all.
+
+    Only the outermost are named, those whose own values follow from no others of them; none where
+    the value of the parameter is its own.
+    """
+    if index >= len(places.parameters):
+        return []
+    numbers = {text(model.param[k].name): k for k in range(model.n_param)}
+
+    @cache
+    def outermost(index: int) -> list[int]:
+        read = [numbers[name] for name in places.parameters[index].states]
+        found = list(dict.fromkeys(origin for each in read for origin in outermost(each)))
+        changed = [k for k in found if is_changed(k)]
+        return changed or ([index] if is_changed(index) or not found else found)
+
+    return [k for k in outermost(index) if k != index]

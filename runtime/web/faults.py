@@ -15,7 +15,7 @@ from bgc.diagnostics.catalogue.arguments import device_not_opened, parameter_out
 from bgc.diagnostics.catalogue.view import parameter_not_applied
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.running.binding import Instance, text
-from bgc.runtime.running.failures import explain
+from bgc.runtime.running.failures import explain, origins_of
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.structures import Status
 
@@ -66,7 +66,7 @@ def fault_messages(model: LoadedModel, places: Places) -> dict[str, Any]:
         "by_status": {
             str(int(status)): _of_status(model, places, status) for status in _statuses()
         },
-        "range": dict(_ranges(model)),
+        "range": dict(_ranges(model, places)),
         "refused": _message(parameter_not_applied(_open("name"), _open("reason"))),
         "device": _message(device_not_opened(_open("name"), _open("driver"), _open("reason"))),
     }
@@ -161,17 +161,16 @@ def _name_at(names: list[str], index: int) -> str:
     return names[index] if 0 <= index < len(names) else ""
 
 
-def _ranges(model: LoadedModel) -> Iterator[tuple[str, Message]]:
-    instance = model.parameters.instance({})
+def _ranges(model: LoadedModel, places: Places) -> Iterator[tuple[str, Message]]:
+    instance, table = model.parameters.instance({}), model.library.model
     for k, parameter in enumerate(model.parameters.all_in(instance)):
         shown = parameter.shown
         low, high = shown.number(parameter.low), shown.number(parameter.high)
-        yield (
-            str(k),
-            _message(
-                parameter_out_of_range(parameter.name, shown.label, _Open("value"), low, high)
-            ),
-        )
+        origins = origins_of(table, places, k, lambda _: False)
+        names = [text(table.param[origin].name) for origin in origins]
+        numbers = _Open("value"), low, high
+        outside = parameter_out_of_range(parameter.name, shown.label, *numbers, names)
+        yield str(k), _message(outside)
 
 
 def _message(diagnostic: Diagnostic) -> Message:

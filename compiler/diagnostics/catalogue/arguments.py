@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from bgc.diagnostics.catalogue import did_you_mean, error, listed, with_article
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
 
@@ -53,7 +53,14 @@ def parameter_folded(name: str, value: float) -> Diagnostic:
 
 
 def parameter_out_of_range(
-    name: str, unit: str, value: float, low: float, high: float
+    name: str,
+    unit: str,
+    value: float,
+    low: float,
+    high: float,
+    origins: Sequence[str] = (),
+    span: Span | None = None,
+    declared: Span | None = None,
 ) -> Diagnostic:
     """BG061: a parameter outside the range that the model declares
 
@@ -63,13 +70,22 @@ def parameter_out_of_range(
 
     Example: `--set boom.mass=-1` for `param mass = 1 t in 0 t .. 100 t`.
 
-    Way out: give a value inside the range, or widen the range in the model.
+    Way out: give a value inside the range, or widen the range in the model. Where the value follows
+    from others, these are named as `origins`, the first of them declared at `span`; the range is
+    declared at `declared`.
     """
     shown = f" {unit}" if unit else ""
+    others = listed(origins)
+    labels = (Label(declared, "the range is declared here"),) if declared and span else ()
     return error(
         "BG061",
         f"{value:g}{shown} is outside the range of parameter `{name}`, {low:g} .. {high:g}{shown}",
-        help="give a value inside the range, or widen it where the parameter is declared",
+        span,
+        f"its value follows from {others}" if origins else "",
+        labels,
+        f"change {others}, or widen the range where `{name}` is declared"
+        if origins
+        else "give a value inside the range, or widen it where the parameter is declared",
     )
 
 
