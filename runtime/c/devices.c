@@ -3,6 +3,7 @@
 #include "bgc_internal.h"
 #include "drivers/drivers.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -107,7 +108,8 @@ int bgc_failed_device(const bgc_data *d) { return d->failed_device; }
 
 const char *bgc_device_reason(const bgc_data *d) { return d->device_reason; }
 
-/* Reads poses at the present time to the inputs of the model. A fault sets all forces to zero. */
+/* Reads poses at the present time to the inputs of the model. A fault, or a value that is not finite, sets all
+ * forces to zero. */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
     /* A pose from each open device. */
     for (int k = 0; k < m->n_device; k++) {
@@ -127,6 +129,11 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
         const bgc_device *device = from_device(m, k) ? &d->device[m->input[k].device] : NULL;
         if (device != NULL && device->driver != NULL) {
             d->u[k] = input_of(&device->pose, &m->input[k]);
+            if (!isfinite(d->u[k])) {
+                const bgc_status status = fail_device(m, d, m->input[k].device);
+                snprintf(d->device_reason, sizeof d->device_reason, "a value that it reads is not finite");
+                return status;
+            }
         }
     }
     return BGC_OK;

@@ -136,7 +136,8 @@ static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int take
     }
 }
 
-/* Writes a row: outputs and accounts, at the present or inside the last step. */
+/* Writes a row: outputs and accounts, at the present or inside the last step. BGC_NOT_FINITE where an energy
+ * is not: it overflows before the states that it is a square of. */
 bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
     const int inside = t < core->t - bgc_time_slack(core->t, core->t_old);
@@ -169,6 +170,10 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
                         inside ? core->supplied_old + power[0] : core->supplied,
                         inside ? core->dissipated_old + power[1] : core->dissipated, account);
         account[3] -= core->created;
+        if (bgc_first_bad(4, account) >= 0) {
+            d->core.failed_state = -1;
+            return BGC_NOT_FINITE;
+        }
     }
     return BGC_OK;
 }

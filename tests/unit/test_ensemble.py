@@ -273,6 +273,29 @@ def test_under_error_control_the_lane_at_fault_leaves(oscillator):
     np.testing.assert_allclose(ensemble["q"][4], exact["q"], atol=1e-4)
 
 
+def test_energies_that_overflow_end_a_run_alone_and_in_a_batch(tmp_path):
+    """The square of a speed overflows while the speed itself does not."""
+    path = tmp_path / "a.bg"
+    path.write_text(
+        "model M { param grow = 800 N*s/m; j : J1; body : I(1 kg, f0 = 1 m/s);"
+        " push : MR { e = -grow*f; } j -> body, push; }"
+        "scene s of M { observe body.f as v, energy.stored; run 0.5 s every 10 ms; }"
+    )
+    model = bgc.compile(path)
+    with pytest.raises(bgc.SimulationError) as caught:
+        model.simulate()
+    assert caught.value.diagnostics[0].code == "BG703"
+    rows = caught.value.result
+    speed = np.exp(800 * rows.time)
+    assert rows["v"] == pytest.approx(speed, rel=1e-3)
+    assert 0.5 * speed[-1] ** 2 > 1e300 and np.isfinite(rows["energy.stored"]).all()
+
+    values = [-1.0, 800.0, 2.0, 700.0]
+    ensemble = model.simulate_many({"grow": values}, solver="ros34prw", step=1e-4)
+    assert ensemble.status == ("done", "failed", "done", "done")
+    assert not ensemble.not_finite
+
+
 def test_values_that_are_not_finite_are_reported_as_by_a_single_run(tmp_path):
     path = tmp_path / "a.bg"
     path.write_text(

@@ -127,6 +127,20 @@ def test_fault_ends_the_run_without_force(handle: Any, library: Any) -> None:
     assert handle.library.bgc_device_reason(handle.data) == b"the cable is out"
 
 
+def test_a_pose_that_is_not_finite_ends_the_run_without_force(handle: Any, library: Any) -> None:
+    handle.start("ros34prw")
+    endless = ctypes.c_double.in_dll(library, "test_endless_from")
+    endless.value = 0.255
+    status, rows = handle.run(np.linspace(0.0, 1.0, 101))
+    endless.value = math.inf
+    assert status == "DEVICE" and len(rows) == 26
+    assert np.isfinite(rows).all()
+    assert written(library) == [0.0] * 4
+    handle.library.bgc_device_reason.restype = ctypes.c_char_p
+    reason = handle.library.bgc_device_reason(handle.data)
+    assert reason == b"a value that it reads is not finite"
+
+
 def test_a_run_in_parts_gives_the_bits_of_one_run(c_model: Any, tmp_path: Path) -> None:
     """`bgc_advance` integrates to a sample and leaves it to `bgc_run`."""
     (tmp_path / "hand.csv").write_text(HAND)

@@ -67,9 +67,11 @@ def too_many_steps(time: float, state: str | None) -> Diagnostic:
 def not_finite(time: float, state: str | None) -> Diagnostic:
     """BG703: a value is no longer finite
 
-    What: an overflow, a division by zero or a function outside its domain occurred.
+    What: an overflow, a division by zero or a function outside its domain occurred, in the rates,
+    in a state, or in the energy accounts.
 
     Why: the model is unstable, a fixed step is too long, or a law is used where it is undefined.
+    Energies grow with the squares of the states, and overflow first.
 
     Example: `sqrt(x)` with x below zero; an explicit method on a stiff spring.
 

@@ -150,12 +150,13 @@ void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance) {
 
 /* --- rows ---------------------------------------------------------------------------------- */
 
-/* Writes the next row of every active lane that does not have it. */
+/* Writes the next row of every active lane that does not have it. Lanes whose energies are not finite leave
+ * the batch, and end by themselves. */
 void bgc_batch_row(bgc_batch *b) {
     const int n_output = b->m->n_output, accounts = b->option->accounts;
     const size_t width = bgc_batch_row_width(b);
     const double t = b->times[b->row];
-    const unsigned lanes = b->active & ~b->written;
+    unsigned lanes = b->active & ~b->written;
     const int inside = t < b->t - bgc_batch_slack(b);
     lane power[2] = {lane_of(0.0), lane_of(0.0)};
     lane *account = b->output + n_output;
@@ -179,6 +180,10 @@ void bgc_batch_row(bgc_batch *b) {
         bgc_account_row(energy[0] - b->stored0,
                         inside ? b->supplied_old + power[0] : b->supplied,
                         inside ? b->dissipated_old + power[1] : b->dissipated, account);
+        for (int k = 0; k < 4; k++) {
+            b->active &= ~bgc_lanes_where(b, lane_not(number_is_finite(account[k])));
+        }
+        lanes &= b->active;
     }
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         for (size_t j = 0; (lanes >> l & 1u) != 0 && j < width; j++) {

@@ -39,7 +39,7 @@ static void commands(SIGNATURE, double *c, double *w) {
 }
 
 /* A device that the tests watch: at x = t, faulty when told to be. */
-double test_written[4], test_faulty_from = INFINITY;
+double test_written[4], test_faulty_from = INFINITY, test_endless_from = INFINITY;
 int test_writes, test_open;
 
 static void *test_device_open(const char *options, char *message, size_t size) {
@@ -52,7 +52,7 @@ static void *test_device_open(const char *options, char *message, size_t size) {
 
 static int test_device_read(void *handle, double t, bgc_pose *pose) {
     (void)handle;
-    pose->position[0] = t;
+    pose->position[0] = t >= test_endless_from ? INFINITY : t;
     return t >= test_faulty_from ? BGC_DEVICE_LOST : BGC_DEVICE_NO_NEWS;
 }
 
