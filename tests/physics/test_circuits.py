@@ -62,6 +62,9 @@ def test_a_diode_rectifies_a_switch_opens_an_amplifier_inverts(load):
     expected = [drop(voltage) for voltage in mains]
     np.testing.assert_allclose(result["drop"], expected, atol=1e-6)
     np.testing.assert_allclose(result["rectified"], mains - expected, atol=1e-6)
+    conducting = (mains - 0.7 * (1 - 1e-6)) / (99 + 1)
+    ideal = np.where(mains > 0.7 + 99 * 0.7e-6, conducting, mains / (99 + 1e6))
+    np.testing.assert_allclose(result["ideal"], ideal, atol=1e-9)
     closed = result.time < 7e-3 - 1e-9
     np.testing.assert_allclose(
         result["lit"], np.where(closed, mains / (1 + 1e-6), mains * 1e-5), atol=1e-4

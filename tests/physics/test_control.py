@@ -73,6 +73,25 @@ def test_sampled_filters_are_the_bilinear_ones_of_scipy(load, name):
     np.testing.assert_array_equal(result[name][1::2], result[name][:-1:2])
 
 
+def test_a_transfer_function_of_third_order_is_that_of_scipy(load):
+    result = load("control", "filters").simulate(rtol=1e-9)
+    level = np.interp(result.time, TIMES, LEVELS)
+    _, y, _ = signal.lsim(([2, 0, 3, 5], [0.1, 1.2, 4, 8]), level, result.time)
+    np.testing.assert_allclose(result["third"], y, atol=1e-6)
+
+
+def test_a_relay_with_hysteresis_keeps_its_side_between_the_limits(load):
+    result = load("control", "filters").simulate(rtol=1e-9)
+    times = np.arange(0, 3.000005, 1e-5)
+    side, expected = -2, []
+    for level in np.interp(times, TIMES, LEVELS):
+        side = 5 if level > 0.6 else -2 if level < -0.4 else side
+        expected.append(side)
+    differs = np.flatnonzero(result["relay"] != np.interp(result.time, times, expected))
+    assert set(result["relay"]) == {-2, 5} and len(differs) == 0
+    assert np.count_nonzero(np.diff(result["relay"])) > 4
+
+
 def test_limits_bands_and_delays(load):
     continuous = load("control", "filters").simulate(rtol=1e-9)
     digital = load("control", "sampled").simulate()

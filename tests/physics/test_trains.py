@@ -96,6 +96,12 @@ def test_a_clutch_takes_a_rotor_along(rubbing):
     assert np.abs(energy).max() < 1e-6 * 0.5 * 0.4 * 50**2 * 10
 
 
+def test_a_one_way_clutch_drives_and_lets_run(rubbing):
+    """Driven to 30 rad/s with the time constant 0.4/2 for 1 s, then free."""
+    rate = 30 * -np.expm1(-np.minimum(rubbing.time, 1) / 0.2)
+    np.testing.assert_allclose(rubbing["coasting"], rate, atol=1e-5)
+
+
 def test_a_wheel_rattles_in_its_play(load):
     """Free flight through the play, then half a period against the teeth."""
     result = load("trains", "rattle").simulate()
