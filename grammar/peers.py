@@ -33,6 +33,57 @@ _ELEMENT_OF: Mapping[str, str] = {
     word: element for element, words in _STORES.items() for word in words.split()
 }
 
+_PARTS: Mapping[str, str] = {
+    word: part
+    for part, words in {
+        "Earth": "ground",
+        "IdealTransformer": "transformer",
+        "CoupledCoils": "mutualinductor",
+        "Emf": "rotationalemf",
+        "DcMachine": "dcmotor dcpermanentmagnet",
+        "Switch": "idealclosingswitch idealopeningswitch idealswitch",
+        "OpAmp": "operationalamplifier idealizedopamp3pin",
+        "VoltageSource": "constantvoltage sinevoltage signalvoltage stepvoltage voltagesource",
+        "CurrentSource": "constantcurrent sinecurrent signalcurrent currentsource",
+        "SlidingMass": "mass",
+        "Strut": "spring springdamper",
+        "Buffer": "elastogap endstop bumper",
+        "Wall": "fixed",
+        "ForceSource": "force constantforce",
+        "VelocitySource": "speed position",
+        "Rotor": "inertia flywheel",
+        "TorsionSpring": "rotationalspring torsionalspring",
+        "RotaryDamper": "rotationaldamper",
+        "Backlash": "elastobacklash",
+        "Gear": "idealgear lossygear gearbox",
+        "PlanetaryGear": "idealplanetary planetary",
+        "RackAndPinion": "idealgearr2t",
+        "OneWayClutch": "freewheel",
+        "DryFriction": "bearingfriction supportfriction stiction coulombfriction staticfriction",
+        "TorqueSource": "torque constanttorque",
+        "RateSource": "constantspeed",
+        "HeatCapacity": "heatcapacitor thermalmass",
+        "Conductor": "thermalconductor thermalresistor",
+        "Radiation": "bodyradiation",
+        "HeatFlow": "prescribedheatflow fixedheatflow",
+        "FixedTemperature": "prescribedtemperature",
+        "LowPass": "firstorder lag",
+        "HighPass": "derivative washout differentiator",
+        "Pid": "pid limpid pidcontroller pi",
+        "Saturation": "limiter",
+        "DeadBand": "deadzone",
+        "RateLimiter": "slewratelimiter",
+        "SampleHold": "zeroorderhold sampleandhold",
+        "Recorded": "timetable combitimetable datafromfile",
+        "HeavyBody": "rigidbody bodyshape",
+        "SolidBox": "bodybox",
+        "SolidCylinder": "bodycylinder",
+        "Shift": "fixedtranslation",
+        "Mount": "fixedrotation",
+    }.items()
+    for word in words.split()
+}
+
 _VALUES: Mapping[str, str] = {
     "t": "the time is `time`",
     "Time": "the time is `time`",
@@ -242,6 +293,11 @@ def element_advice(name: str) -> str:
     """
     element = _ELEMENT_OF.get(name.casefold().replace("_", "").replace("-", ""))
     return f"the element is called `{element}` here: see `bgc doc {element}`" if element else ""
+
+
+def part_of(name: str) -> str:
+    """The part of the library that a name of another library stands for; empty if there is none."""
+    return _PARTS.get(name.casefold().replace("_", "").replace("-", ""), "")
 
 
 def value_advice(name: str) -> str:

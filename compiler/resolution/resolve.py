@@ -14,7 +14,7 @@ from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse, read_source
-from bgc.grammar.peers import element_advice
+from bgc.grammar.peers import element_advice, part_of
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.conformance import check_conformance, check_interfaces
 from bgc.resolution.library import library_folder, library_modules, module_path
@@ -337,6 +337,9 @@ def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
     else:
         candidates = [*module.models, *ELEMENTS]
         home, advice = _home_in_library(use.name), element_advice(use.name)
+        if part := part_of(use.name):
+            library = f"the library has `{part}`: `import {_home_in_library(part)};`"
+            advice = f"{advice}; {library}" if advice else library
         report.add(names.unknown_type(use.name_span, use.name, candidates, home, advice))
     return False
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from bgc.driver import check_source
-from bgc.grammar.peers import _STORES, element_advice
+from bgc.grammar.peers import _PARTS, _STORES, element_advice
 from bgc.language.elements import ELEMENTS
+from bgc.resolution.resolve import _library_index
 
 
 def helps(tmp_path: Path, text: str) -> str:
@@ -159,6 +161,25 @@ def test_the_number_of_a_stiffness_given_as_compliance_is_named(tmp_path) -> Non
     assert "`compliance = ..`" in helps(tmp_path, swapped)
     neither = helps(tmp_path, model.format("c : C(100 kg);", ""))
     assert "give it by name" not in neither
+
+
+def test_a_part_of_another_library_names_the_one_here(tmp_path) -> None:
+    assert "`Strut`: `import mechanics.translation;`" in helps(
+        tmp_path, "model M { s : SpringDamper(c = 3); }"
+    )
+    spring = helps(tmp_path, "model M { s : Spring(3); }")
+    assert "`C`" in spring and "`Strut`" in spring
+
+
+def test_parts_of_other_libraries_stand_for_parts_that_exist() -> None:
+    """Those of messages, and those of the manual's table."""
+    manual = (Path(__file__).parents[2] / "grammar" / "LANGUAGE.md").read_text()
+    chapter = manual.partition("### Parts of other libraries\n")[2].partition("\n###")[0]
+    cells = [line.rsplit(" | ", 1)[1] for line in chapter.splitlines() if line.startswith("| ")]
+    named = {name for cell in cells for name in re.findall(r"`([A-Z]\w*)(?:\[n\])?`", cell)}
+    library = {*_library_index(), *ELEMENTS}
+    assert len(named) > 50 and named <= library, named - library
+    assert set(_PARTS.values()) <= library, set(_PARTS.values()) - library
 
 
 def test_the_advice_names_elements_that_exist() -> None:
