@@ -10,17 +10,24 @@ order, and the order decides the number of operations:
 
 - all substitutions first, which leaves the reduced matrix `N' Q N`, then L D L' in
   minimum-degree order: few operations where the rows share most variables;
-- each variable as soon as possible: along a chain the form never grows, and the number of
-  operations is proportional to its length (for rigid bodies on joints this is the articulated-body
-  algorithm of Featherstone 1983, here for any graph).
+- the variable next that leaves the narrowest form: the one whose removal couples the fewest
+  variables, by substitution or by minimisation (minimum degree, as of sparse matrices). Along a
+  chain or a tree the form never grows, and the number of operations is proportional to its length
+  (for rigid bodies on joints this is the articulated-body algorithm of Featherstone 1983, here for
+  any graph). Substitutions in the order of the definitions alone are no such order: they may carry
+  the translations of all bodies to the base before the first rotation, beside which each
+  translation then has a row.
 
-Both are tried, and the one with fewer operations is kept.
+Where a substitution and a minimisation leave equally many, either may be the better: minimising
+first keeps the form narrow for certain, substituting first often merges a body with the next. All
+three are tried, and the one with the fewest operations is kept.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from heapq import heappop, heappush
 
 from bgc.algebra.dag import Dag, Level, Op
@@ -28,6 +35,17 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Node
 
 Row = dict[int, Node]  # variable -> coefficient
+
+
+_Key = tuple[int, int, int, int]  # of a variable that may be removed: the least is the next
+
+
+class Order(Enum):
+    """The order in which variables are removed from a form."""
+
+    NARROW = "the fewest coupled variables first, of equals the free ones"
+    MERGING = "the fewest coupled variables first, of equals the defined ones"
+    SUBSTITUTIONS_FIRST = "all substitutions, then the fewest coupled variables first"
 
 
 class SingularFormError(Exception):
@@ -74,18 +92,21 @@ def minimise(
     """Minimise the form over the free variables, in terms of the remaining ones.
 
     The row of a minimum holds variables (also defined ones) that follow from later minima and from
-    variables that are neither defined nor free. Both orders agree up to rounding.
+    variables that are neither defined nor free. All orders agree up to rounding.
 
     Raises
     ------
     SingularFormError
         The form is singular for all values of the symbols.
     """
-    early = _minimise(dag, fingerprints, form, definitions, free, early=True, budget=None)
-    assert early is not None
-    cost = _operations(dag, early)
-    late = _minimise(dag, fingerprints, form, definitions, free, early=False, budget=2 * cost)
-    return early if late is None or _operations(dag, late) >= cost else late
+    best = minimise_in_order(dag, fingerprints, form, definitions, free, Order.NARROW)
+    cost = _operations(dag, best)
+    for order in (Order.MERGING, Order.SUBSTITUTIONS_FIRST):
+        work = _Work(dag, fingerprints, form, definitions, free, order)
+        found = work.minimise(budget=2 * cost)
+        if found is not None and (other := _operations(dag, found)) < cost:
+            best, cost = found, other
+    return best
 
 
 def minimise_in_order(
@@ -94,11 +115,10 @@ def minimise_in_order(
     form: Form,
     definitions: Sequence[Definition],
     free: Sequence[int],
-    *,
-    early: bool,
+    order: Order,
 ) -> list[Minimum]:
     """Minimise as `minimise` does, in the order that the caller chooses."""
-    found = _minimise(dag, fingerprints, form, definitions, free, early=early, budget=None)
+    found = _Work(dag, fingerprints, form, definitions, free, order).minimise(budget=None)
     assert found is not None
     return found
 
@@ -133,25 +153,6 @@ def _operations(dag: Dag, minima: Iterable[Minimum]) -> int:
     return sum(dag.op[n] > Op.SYMBOL and dag.level[n] > Level.PARAM for n in used)
 
 
-def _minimise(
-    dag: Dag,
-    fingerprints: Fingerprints,
-    form: Form,
-    definitions: Sequence[Definition],
-    free: Sequence[int],
-    *,
-    early: bool,
-    budget: int | None,
-) -> list[Minimum] | None:
-    """Minimise in one order; None as soon as it makes more nodes than the budget."""
-    work = _Work(dag, fingerprints, form, definitions, free)
-    first = len(dag)
-    while work.step(minimise_first=early):
-        if budget is not None and len(dag) - first > budget:
-            return None
-    return work.minima
-
-
 class _Work:
     def __init__(
         self,
@@ -160,8 +161,10 @@ class _Work:
         form: Form,
         definitions: Sequence[Definition],
         free: Sequence[int],
+        order: Order,
     ) -> None:
         self._dag = dag
+        self._order = order
         self._fingerprints = fingerprints
         self._matrix = {k: dict(row) for k, row in form.matrix.items()}
         self._vector = dict(form.vector)
@@ -178,42 +181,51 @@ class _Work:
             for k in row:
                 if k in self._held:
                     self._held[k] += 1
-        self._deepest: list[tuple[int, int]] = []
-        self._free: list[tuple[int, int]] = []
-        self.minima: list[Minimum] = []
+        self._keys: dict[int, _Key] = {}  # of variables in no definition
+        self._queue: list[tuple[_Key, int]] = []
+        self._minima: list[Minimum] = []
         for k, count in self._held.items():
             if count == 0:
-                self._release(k)
+                self._enter(k)
 
-    def step(self, *, minimise_first: bool) -> bool:
-        """Eliminate one variable, of the preferred kind if possible; False at the end."""
-        kinds = [self._minimise_next, self._substitute_next]
-        return any(take() for take in (kinds if minimise_first else reversed(kinds)))
+    def minimise(self, *, budget: int | None) -> list[Minimum] | None:
+        """Remove all variables; None as soon as that makes more nodes than the budget."""
+        first = len(self._dag)
+        while self._queue:
+            key, k = heappop(self._queue)
+            if self._keys.get(k) != key:
+                continue  # another entry holds the key of now
+            del self._keys[k]
+            touched = [*self._matrix.get(k, ()), *self._definitions.get(k, ())]
+            if k in self._definitions:
+                self._substitute(k)
+            else:
+                self._minima.append(self._minimise(k))
+            for other in touched:
+                if other in self._keys:
+                    self._enter(other)
+            if budget is not None and len(self._dag) - first > budget:
+                return None
+        return self._minima
 
-    def _release(self, variable: int) -> None:
-        """Queue a variable that is in no definition any more."""
-        if variable in self._definitions:
-            heappush(self._deepest, (self._place[variable], variable))
-        else:
-            heappush(self._free, (len(self._matrix.get(variable, ())), variable))
+    def _enter(self, k: int) -> None:
+        """Queue a variable that is in no definition, by its key of now."""
+        key = self._key(k)
+        if self._keys.get(k) != key:
+            self._keys[k] = key
+            heappush(self._queue, (key, k))
 
-    def _minimise_next(self) -> bool:
-        """Minimise over the queued free variable with the fewest entries."""
-        while self._free:
-            degree, k = heappop(self._free)
-            now = len(self._matrix.get(k, ()))
-            if degree == now:
-                self.minima.append(self._minimise(k))
-                return True
-            heappush(self._free, (now, k))
-        return False
-
-    def _substitute_next(self) -> bool:
-        """Substitute the queued definition that is farthest from the free variables."""
-        if self._deepest:
-            self._substitute(heappop(self._deepest)[1])
-            return True
-        return False
+    def _key(self, k: int) -> _Key:
+        coupled, row = self._matrix.get(k, {}), self._definitions.get(k)
+        if self._order is Order.SUBSTITUTIONS_FIRST:
+            return (1, len(coupled), 0, 0) if row is None else (0, self._place[k], 0, 0)
+        if row is None:
+            others = len(coupled) - 1
+            rank = 0 if self._order is Order.NARROW else 2
+            return others, rank, others * (others + 1) // 2, -1
+        others = len(coupled.keys() | row.keys()) - (k in coupled)
+        products = len(row) * (2 * len(coupled) + len(row) + 1) // 2 if len(row) > 1 else 0
+        return others, 1, products, self._place[k]
 
     def _substitute(self, d: int) -> None:
         """Substitute a definition into the form."""
@@ -237,7 +249,7 @@ class _Work:
             if k in self._held:
                 self._held[k] -= 1
                 if self._held[k] == 0:
-                    self._release(k)
+                    self._enter(k)
 
     def _minimise(self, k: int) -> Minimum:
         dag = self._dag

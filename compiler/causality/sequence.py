@@ -111,11 +111,15 @@ class _Sequence:
         return found
 
     def eliminate_rest(self) -> list[Step] | None:
-        """Eliminate the remaining open classes; None if there is no certified pivot."""
+        """Eliminate the remaining open classes; None if there is no certified pivot.
+
+        Independent classes count among the entries of a row too: along a chain of rotations each
+        row then stays in terms of the frame before, and does not gather all coordinates to it.
+        """
         found = []
         while self._left:
             candidates = [
-                (size.is_small, (len(self._left[row]) - 1) * (len(rows) - 1), row, number)
+                (size.is_small, (len(self._forms[row]) - 1) * (len(rows) - 1), row, number)
                 for number, rows in self._where.items()
                 for row in rows
                 if (size := self._size(row, number)) is not None

@@ -112,6 +112,19 @@ def slides(n: int) -> str:
     return _boxes(n, lambda k: k - 1, lambda k: _slide(k) if k % 2 else _hinge(k))
 
 
+def mixed(n: int) -> str:
+    """An arm of hinges about axes of the boxes and others, and of slides, in turn."""
+    axes = ["[" + ", ".join(f"{each}/3" for each in axis) + "]" for axis in _SKEW]
+    return _boxes(
+        n, lambda k: k - 1, lambda k: (_hinge(k), _hinge(k, axes[k % 3]), _slide(k))[k % 3]
+    )
+
+
+def turned(n: int) -> str:
+    """An arm on hinges about the z axes of mounts that are a quarter turn apart."""
+    return _boxes(n, lambda k: k - 1, lambda k: _hinge(k, "z"), ", axes = rot_x(90 deg)")
+
+
 def _hinge(k: int, axis: str = "") -> str:
     usual, angle, rate, _ = box(k)
     return (
@@ -127,14 +140,19 @@ def _slide(k: int) -> str:
     )
 
 
-def _boxes(n: int, parent: Callable[[int], int], joint: Callable[[int], str] = _hinge) -> str:
+def _boxes(
+    n: int,
+    parent: Callable[[int], int],
+    joint: Callable[[int], str] = _hinge,
+    mount: str = "",
+) -> str:
     com = ", ".join(f"{x} m" for x in CENTRE)
     lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
     for k in range(n):
         mass = box(k)[3]
         before = f"node{parent(k)}" if parent(k) >= 0 else "ground"
         lines += [
-            f"  mount{k} : Mount(offset = [{LINK if parent(k) >= 0 else 0} m, 0, 0]);",
+            f"  mount{k} : Mount(offset = [{LINK if parent(k) >= 0 else 0} m, 0, 0]{mount});",
             joint(k),
             f"  node{k} : J1;",
             f"  body{k} : HeavyBody(mass = {mass:.1f} kg, com = [{com}],",
@@ -223,6 +241,8 @@ MODELS: dict[str, Callable[[int], str]] = {
     "tree": tree,
     "skew": skew,
     "slides": slides,
+    "mixed": mixed,
+    "turned": turned,
     "chain": chain,
     "motors": motors,
     "circuit": circuit,

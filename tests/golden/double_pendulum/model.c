@@ -26,14 +26,14 @@
 static void model_prepare(const double *p, double *h, double *w)
 {
     (void)w;
-    h[2] = p[0] + p[1];
+    h[1] = 1.0 / (p[0] + p[1]);
     const double v1 = p[0] * 9.81;
     h[5] = v1;
     const double v2 = p[1] * 9.81;
     h[4] = v2;
     h[3] = v1 + v2;
     h[0] = p[0];
-    h[1] = p[1];
+    h[2] = p[1];
 }
 
 /* The right-hand sides f of M y' = f. */
@@ -45,19 +45,18 @@ static void model_rhs(
     const double v2 = 0.7 * sin(x[3]);
     const double v3 = 0.7 * cos(x[3]);
     const double v4 = cos(x[2]);
-    const double v5 = v2 * (h[1] * v1) + v3 * (h[1] * v4);
-    const double v6 = 1.0 / (v2 * (h[1] * v2) + v3 * (h[1] * v3));
-    const double v7 = v5 * v6;
-    const double v8 = (x[0] - x[1] * v7) / (h[2] - v5 * v7);
+    const double v5 = v2 * (h[2] * v1) + v3 * (h[2] * v4);
+    const double v6 = v5 * h[1];
+    const double v7 = (x[1] - x[0] * v6) / (v2 * (h[2] * v2) + v3 * (h[2] * v3) - v5 * v6);
+    f[3] = v7;
+    const double v8 = h[1] * (x[0] - v5 * v7);
     f[2] = v8;
     const double v9 = v1 * v8;
-    const double v10 = v6 * (x[1] - v5 * v8);
-    f[3] = v10;
-    const double v11 = v4 * v8;
-    const double v12 = (h[0] * v9 + h[1] * (v9 + v2 * v10)) * v11 - v9 * (h[0] * v11 + h[1] * (v11
-            + v3 * v10));
-    f[0] = v12 - h[3] * v1;
-    f[1] = -(v12 + h[4] * v2);
+    const double v10 = v4 * v8;
+    const double v11 = (h[0] * v9 + h[2] * (v9 + v2 * v7)) * v10 - v9 * (h[0] * v10 + h[2] * (v10 +
+            v3 * v7));
+    f[0] = v11 - h[3] * v1;
+    f[1] = -(v11 + h[4] * v2);
 }
 
 /* The entries of df/dx in the order of jac_row and jac_col, and df/dt. */
@@ -65,57 +64,55 @@ static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
     (void)t, (void)u, (void)w;
-    const double v1 = 0.7 * sin(x[3]);
+    const double v1 = cos(x[2]);
     const double v2 = sin(x[2]);
-    const double v3 = 0.7 * cos(x[3]);
-    const double v4 = cos(x[2]);
-    const double v5 = h[1] * v4;
-    const double v6 = v1 * (h[1] * v2) + v3 * v5;
-    const double v7 = h[1] * v3;
-    const double v8 = 1.0 / (v1 * (h[1] * v1) + v3 * v7);
-    const double v9 = v6 * v8;
-    const double v10 = x[0] - x[1] * v9;
-    const double v11 = 1.0 / (h[2] - v6 * v9);
-    jac[8] = v11;
-    const double v12 = v10 * (v11 * v11);
-    const double v13 = v1 * v5 - v2 * v7;
-    const double v14 = (v9 * v12 + v8 * (v6 * v12 - x[1] * v11)) * v13;
-    jac[4] = v14;
-    jac[10] = v14;
-    const double v15 = -v14;
-    jac[0] = v15;
-    jac[11] = v15;
-    const double v16 = v10 * v11;
-    const double v17 = v8 * v16 * v13;
-    const double v18 = v9 * v11;
-    const double v19 = v4 * v16;
-    const double v20 = h[1] * v19;
-    const double v21 = v2 * v16;
-    const double v22 = h[1] * v21;
-    const double v23 = v1 * v20 - v3 * v22;
-    const double v24 = h[0] * v21;
-    const double v25 = v8 * (x[1] - v6 * v16);
-    const double v26 = v24 + h[1] * (v21 + v1 * v25) - (v24 + v22);
-    const double v27 = v20 - h[1] * (v19 + v3 * v25);
-    const double v28 = v9 * v23 - (v4 * v26 + v2 * v27);
-    const double v29 = v17 + v18 * v28;
-    jac[1] = v29;
-    jac[15] = v29;
-    const double v30 = v4 * (v16 * v27) - v2 * (v16 * v26);
-    const double v31 = v23 * v17;
-    const double v32 = v14 * v28;
-    jac[2] = v30 - h[3] * v4 - v31 - v32;
-    const double v33 = v31 - v30 + v32;
-    jac[3] = v33;
-    jac[6] = v33;
-    const double v34 = -v29;
-    jac[5] = v34;
-    jac[14] = v34;
-    jac[7] = -(h[4] * v3 - v30 + v31 + v32);
-    const double v35 = -v18;
-    jac[9] = v35;
-    jac[12] = v35;
-    jac[13] = v8 + v9 * v18;
+    const double v3 = 0.7 * sin(x[3]);
+    const double v4 = 0.7 * cos(x[3]);
+    const double v5 = h[2] * v1;
+    const double v6 = v3 * (h[2] * v2) + v4 * v5;
+    const double v7 = v6 * h[1];
+    const double v8 = x[1] - x[0] * v7;
+    const double v9 = h[2] * v4;
+    const double v10 = 1.0 / (v3 * (h[2] * v3) + v4 * v9 - v6 * v7);
+    jac[13] = v10;
+    const double v11 = v8 * v10;
+    const double v12 = h[1] * (x[0] - v6 * v11);
+    const double v13 = v2 * v12;
+    const double v14 = h[0] * v13;
+    const double v15 = h[2] * v13;
+    const double v16 = v14 + h[2] * (v13 + v3 * v11) - (v14 + v15);
+    const double v17 = v1 * v12;
+    const double v18 = h[2] * v17;
+    const double v19 = v18 - h[2] * (v17 + v4 * v11);
+    const double v20 = v1 * v16 + v2 * v19;
+    const double v21 = h[1] * v20;
+    const double v22 = v7 * v10;
+    const double v23 = v6 * v21 - (v3 * v18 - v4 * v15);
+    const double v24 = v21 + v22 * v23;
+    jac[0] = v24;
+    jac[11] = v24;
+    const double v25 = v8 * (v10 * v10);
+    const double v26 = (v7 * v25 + h[1] * (v6 * v25 - x[0] * v10)) * (v3 * v5 - v2 * v9);
+    jac[5] = v26;
+    jac[14] = v26;
+    const double v27 = -v26;
+    jac[1] = v27;
+    jac[15] = v27;
+    const double v28 = v1 * (v12 * v19) - v2 * (v12 * v16);
+    const double v29 = v20 * v21;
+    const double v30 = v26 * v23;
+    jac[2] = v28 - h[3] * v1 - v29 - v30;
+    const double v31 = v29 - v28 + v30;
+    jac[3] = v31;
+    jac[6] = v31;
+    const double v32 = -v24;
+    jac[4] = v32;
+    jac[10] = v32;
+    jac[7] = -(h[4] * v4 - v28 + v29 + v30);
+    jac[8] = h[1] + v7 * v22;
+    const double v33 = -v22;
+    jac[9] = v33;
+    jac[12] = v33;
     dfdt[0] = 0.0;
     dfdt[1] = 0.0;
     dfdt[2] = 0.0;
@@ -131,18 +128,17 @@ static void model_energy(
     const double v2 = 0.7 * sin(x[3]);
     const double v3 = sin(x[2]);
     const double v4 = 0.7 * cos(x[3]);
-    const double v5 = v2 * (h[1] * v3) + v4 * (h[1] * v1);
-    const double v6 = 1.0 / (v2 * (h[1] * v2) + v4 * (h[1] * v4));
-    const double v7 = v5 * v6;
-    const double v8 = (x[0] - x[1] * v7) / (h[2] - v5 * v7);
+    const double v5 = v2 * (h[2] * v3) + v4 * (h[2] * v1);
+    const double v6 = v5 * h[1];
+    const double v7 = (x[1] - x[0] * v6) / (v2 * (h[2] * v2) + v4 * (h[2] * v4) - v5 * v6);
+    const double v8 = h[1] * (x[0] - v5 * v7);
     const double v9 = v1 * v8;
     const double v10 = v3 * v8;
-    const double v11 = v6 * (x[1] - v5 * v8);
-    const double v12 = v9 + v4 * v11;
-    const double v13 = v10 + v2 * v11;
-    out[0] = 0.5 * (v9 * (h[0] * v9) + v10 * (h[0] * v10)) + 0.5 * (v12 * (h[1] * v12) + v13 *
-            (h[1] * v13));
-    out[1] = -(h[5] * v10 + h[4] * v13);
+    const double v11 = v9 + v4 * v7;
+    const double v12 = v10 + v2 * v7;
+    out[0] = 0.5 * (v9 * (h[0] * v9) + v10 * (h[0] * v10)) + 0.5 * (v11 * (h[2] * v11) + v12 *
+            (h[2] * v12));
+    out[1] = -(h[5] * v10 + h[4] * v12);
     out[2] = 0.0;
 }
 
@@ -153,12 +149,11 @@ static void model_outputs(
     (void)t, (void)u, (void)w;
     const double v1 = 0.7 * sin(x[3]);
     const double v2 = 0.7 * cos(x[3]);
-    const double v3 = v1 * (h[1] * sin(x[2])) + v2 * (h[1] * cos(x[2]));
-    const double v4 = 1.0 / (v1 * (h[1] * v1) + v2 * (h[1] * v2));
-    const double v5 = v3 * v4;
-    const double v6 = (x[0] - x[1] * v5) / (h[2] - v3 * v5);
-    y[2] = v6;
-    y[3] = v4 * (x[1] - v3 * v6);
+    const double v3 = v1 * (h[2] * sin(x[2])) + v2 * (h[2] * cos(x[2]));
+    const double v4 = v3 * h[1];
+    const double v5 = (x[1] - x[0] * v4) / (v1 * (h[2] * v1) + v2 * (h[2] * v2) - v3 * v4);
+    y[3] = v5;
+    y[2] = h[1] * (x[0] - v3 * v5);
     y[0] = x[2];
     y[1] = x[3];
 }
@@ -184,10 +179,8 @@ static void model_divisors(
     (void)t, (void)u, (void)w;
     const double v1 = 0.7 * sin(x[3]);
     const double v2 = 0.7 * cos(x[3]);
-    const double v3 = v1 * (h[1] * v1) + v2 * (h[1] * v2);
-    z[0] = v3;
-    const double v4 = v1 * (h[1] * sin(x[2])) + v2 * (h[1] * cos(x[2]));
-    z[1] = h[2] - v4 * (v4 / v3);
+    const double v3 = v1 * (h[2] * sin(x[2])) + v2 * (h[2] * cos(x[2]));
+    z[0] = v1 * (h[2] * v1) + v2 * (h[2] * v2) - v3 * (v3 * h[1]);
 }
 
 /* The entries of M in the order of mass_row and mass_col. */
@@ -221,7 +214,7 @@ static void model_positive(const double *p, const double *h, double *check, doub
 {
     (void)p, (void)w;
     check[0] = h[0];
-    check[1] = h[1];
+    check[1] = h[2];
 }
 
 /* The arguments of functions that may hide pulses. */
@@ -231,10 +224,8 @@ static void model_watched(
     (void)t, (void)u, (void)w;
     const double v1 = 0.7 * sin(x[3]);
     const double v2 = 0.7 * cos(x[3]);
-    const double v3 = v1 * (h[1] * v1) + v2 * (h[1] * v2);
-    z[0] = v3;
-    const double v4 = v1 * (h[1] * sin(x[2])) + v2 * (h[1] * cos(x[2]));
-    z[1] = h[2] - v4 * (v4 / v3);
+    const double v3 = v1 * (h[2] * sin(x[2])) + v2 * (h[2] * cos(x[2]));
+    z[0] = v1 * (h[2] * v1) + v2 * (h[2] * v2) - v3 * (v3 * h[1]);
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -316,7 +307,7 @@ static const bgc_var_info model_state[] = {
 };
 
 static const int model_watch[] = {
-    2, 2,
+    2,
 };
 
 static const int model_watch_state[] = {
@@ -369,7 +360,6 @@ static const int model_lu_jac[] = {
 
 static const char *const model_divisor[] = {
     "the common inertia of `one` and `other`",
-    "the common inertia of `one` and `other`",
 };
 
 static const bgc_model model_info = {
@@ -394,7 +384,7 @@ static const bgc_model model_info = {
     .state = model_state,
     .switch_info = NULL,
     .watch = model_watch,
-    .n_watch = 2,
+    .n_watch = 1,
     .watch_state = model_watch_state,
     .n_watch_state = 2,
     .output = model_output,
@@ -418,7 +408,7 @@ static const bgc_model model_info = {
     .duration = 5.0,
     .every = 0.25,
     .divisor = model_divisor,
-    .n_divisor = 2,
+    .n_divisor = 1,
     .n_work = 0,
     .prepare = model_prepare,
     .rhs = model_rhs,
