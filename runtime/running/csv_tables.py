@@ -37,7 +37,8 @@ def read_rows(path: str | Path) -> list[tuple[int, list[str]]]:
         raise BgError([bad_case_table(str(path), "it is not a text in UTF-8")]) from problem
     found = [(n, row) for n, row in rows if any(row) and not row[0].startswith("#")]
     if len(found) < 2:
-        raise BgError([bad_case_table(str(path), "it has a header and no rows")])
+        reason = "it has a header and no rows" if found else "it is empty"
+        raise BgError([bad_case_table(str(path), reason)])
     return found
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import RUN_NUMBER, Options
@@ -204,6 +205,7 @@ def why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) 
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
     solver = model.library.methods.get(method.name)  # None: one of a backend
+    verb = "is" if count == 1 else "are"
     reasons = {
         "vector registers are not wanted": not vectorised,
         "the model's source is not at hand": model.origin is None,
@@ -217,7 +219,7 @@ def why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) 
         "the model is so large that its matrix is factorised in loops": not (
             model.library.has_lane_factors or (solver and solver.explicit)
         ),
-        f"{count} instances are too few to compile for": count < _FEWEST,
+        f"{counted(count, 'instance')} {verb} too few to compile for": count < _FEWEST,
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
 

@@ -117,7 +117,7 @@ def read_range(text: str, parameters: Parameters) -> Range:
     start = low if " " in low else f"{low} {unit}".strip()
     first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
     if log and not (first > 0 and last > 0):
-        raise BgError([bad_range(text)])
+        raise BgError([bad_range(text, "a logarithmic range begins and ends above 0")])
     if len(count) > _MOST_DIGITS or (colon and int(count) > _MOST):
         raise BgError([too_many_instances(int(count[:_MOST_DIGITS]), _MOST)])
     return Range(name, first, last, int(count) if colon else _COUNT, log)

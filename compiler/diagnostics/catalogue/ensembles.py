@@ -61,7 +61,7 @@ def source_changed(path: str) -> Diagnostic:
     )
 
 
-def bad_range(text: str) -> Diagnostic:
+def bad_range(text: str, reason: str = "") -> Diagnostic:
     """BG743: `--vary` without a range
 
     What: the text is neither a range `name=low..high`, optionally with a unit, a count and `log`,
@@ -77,7 +77,9 @@ def bad_range(text: str) -> Diagnostic:
     """
     return error(
         "BG743",
-        f"`{text}` is not of the form name=low..high unit:count",
+        f"`{text}` is not a range: {reason}"
+        if reason
+        else f"`{text}` is not of the form name=low..high unit:count",
         help='write `--vary "boom.mass=5..9 t:20"`, or values, `--vary "boom.mass=5, 7, 9 t"`',
     )
 
