@@ -34,6 +34,7 @@ _LIMITS = (
     ("--stale", "stale", "s", "Longest time without news of a device with motors (0.1 s)."),
     ("--watchdog", "watchdog", "s", "Longest time without a sample (0.1 s)."),
 )
+_MOST_VALUES = 12
 _VIEWS_PER_SECOND = 10
 
 
@@ -146,6 +147,7 @@ class LiveView:
             force = self._loop.last_force(index)
             shown = ", ".join(f"{value:8.3f}" for value in force[:3])
             table.add_row(f"[bold]{name}", f"force {shown} N")
-        for name, value in list(self._loop.latest().items())[:12]:
-            table.add_row(f"[bold]{name}", f"{value:.6g}")
+        values = list(self._loop.latest().items())[:_MOST_VALUES]
+        for (name, value), unit in zip(values, self._loop.course.shown, strict=False):
+            table.add_row(f"[bold]{name}", unit.text(value))
         return table

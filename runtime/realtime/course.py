@@ -20,6 +20,7 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status
+from bgc.values.shown import Shown
 
 RESTING = (*[0.0] * 3, 1.0, *[0.0] * (POSE_SIZE - 4))
 """A pose at rest in the middle of the workspace."""
@@ -37,6 +38,11 @@ class Course:
     def columns(self) -> tuple[str, ...]:
         """Names of the model's outputs, in the scene's order."""
         return tuple(variable.name for variable in self.model.outputs)
+
+    @property
+    def shown(self) -> tuple[Shown, ...]:
+        """The units in which the outputs are shown, in the scene's order."""
+        return tuple(variable.shown for variable in self.model.outputs)
 
     def outputs(self, rows: Array) -> Array:
         """The outputs in rows that C wrote, (n, outputs)."""

@@ -355,7 +355,7 @@ class Realtime:
             self._recorder = Recorder(path, self.devices)
 
     @property
-    def _course(self) -> Course:
+    def course(self) -> Course:
         """The course of the records."""
         return self._courses[self._read]
 
@@ -364,7 +364,7 @@ class Realtime:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the model's outputs, in the scene's order."""
-        return self._course.columns
+        return self.course.columns
 
     @property
     def time(self) -> Array:
@@ -374,7 +374,7 @@ class Realtime:
     @property
     def rows(self) -> Array:
         """Outputs of the samples that are kept, (n, outputs), as `columns` names them."""
-        return self._course.outputs(rows_of(self._records, len(self.devices)))
+        return self.course.outputs(rows_of(self._records, len(self.devices)))
 
     def forces(self, device: str | None = None) -> Array:
         """Force, torque and gripper force that were written to a device, (n, 7)."""
@@ -389,7 +389,7 @@ class Realtime:
             chosen = np.unique([*range(0, len(times), stride), len(times) - 1])
             times, rows = times[chosen], rows[chosen]
         notices = (*self.warnings, *self.report.warnings())
-        own = self._course
+        own = self.course
         result = named_result(own.model, times, rows, own.method, own.instance, notices)
         problem = self.report.problem
         return result if problem is None else result.ended("failed", problem.message)
@@ -399,7 +399,7 @@ class Realtime:
         latest = self._kept.latest
         if latest is None:
             return {}
-        row = self._course.outputs(rows_of(latest, len(self.devices)))[-1]
+        row = self.course.outputs(rows_of(latest, len(self.devices)))[-1]
         return dict(zip(self.columns, row.tolist(), strict=True))
 
     def last_force(self, index: int) -> list[float]:

@@ -7,7 +7,9 @@ faults move, so that every figure here is the same on any machine.
 from __future__ import annotations
 
 import ctypes
+import io
 import os
+import re
 import resource
 import signal
 import socket
@@ -27,6 +29,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from processes import started
+from rich.console import Console
 
 import bgc
 from bgc.building.build import runtime_directory
@@ -38,6 +41,7 @@ from bgc.options import Options
 from bgc.runtime.cli import haptic as haptic_module
 from bgc.runtime.cli.app import application
 from bgc.runtime.cli.keys import Menu
+from bgc.runtime.cli.realtime import LiveView
 from bgc.runtime.realtime import loop as loop_module
 from bgc.runtime.realtime.binding import POLICIES, ClockStruct, End, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
@@ -587,6 +591,9 @@ def test_a_pose_from_python_reaches_the_model(model: Any) -> None:
     report = loop.run_here()
     assert report.end is End.DONE and report.no_news > 0
     assert loop.latest()["x"] == 0.03
+    shown = io.StringIO()
+    Console(file=shown, width=80).print(LiveView(loop, wanted=False)._table())
+    assert re.search(r"(?m)^ x +0\.03 m *$", shown.getvalue())  # with its unit
     loop = model.realtime(0.05)
     with pytest.raises(BgError) as caught:
         loop.pointer([0.0, 0.0, 0.0])

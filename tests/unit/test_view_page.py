@@ -213,6 +213,14 @@ def test_a_live_run_is_seen_steered_and_found_again(browser, live):
     view.until("bgcView.parameters.values[0] > 4")
     page.get_by_label("One step").click()
     view.until(f"bgcView.store.last > {stopped} && bgcView.row[4] < {height} - 1")
+    # A flood of values: the last one counts, on all pages, and nothing is kept waiting.
+    one = "bgcView.source.send('set', { name: 'length', value: 2 + k / 100 })"
+    view.ask(f"for (let k = 0; k <= 600; k++) {one}")
+    view.until("bgcView.parameters.values[0] === 8")
+    # A window as narrow as pages have to be for WCAG.
+    page.set_viewport_size({"width": 320, "height": 500})
+    assert view.ask("document.documentElement.scrollWidth") == 320
+    page.set_viewport_size({"width": 900, "height": 500})
     # Scrub into the past, and back.
     view.ask("bgcView.seek(0.1)")
     view.until("Math.abs(bgcView.row[0] - 1) < 0.1 && bgcView.shownTime() === 0.1")
