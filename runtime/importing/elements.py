@@ -54,6 +54,14 @@ class Element:
             raise BgError([wrong_value(self.span, what, f'write `{attribute}=".."`')])
         return value
 
+    def walk(self) -> Iterator[Element]:
+        """Iterate over the element and all below it, in the order of the text."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting += reversed(element.children)
+
     def number(self, attribute: str, default: float | None = None) -> float:
         """Return a number; BG138 where it is not one, or absent without a default."""
         if default is not None and attribute not in self.attributes:

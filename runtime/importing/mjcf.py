@@ -37,6 +37,8 @@ from bgc.runtime.importing.rotations import Vector, by_quaternion
 from bgc.runtime.importing.tree import in_depth_first_order
 
 _EARTH = (0.0, 0.0, -9.81)
+_NAMES = frozenset(("name", "class", "childclass", "model", "file"))
+_NOT_FINITE = re.compile(r"(?<!\S)[+-]?(?:nan|inf|infinity)(?!\S)", re.IGNORECASE)
 _CONTACT = "contacts are not imported"
 
 
@@ -54,6 +56,7 @@ def read_mjcf(source: Source, notes: Notes) -> Robot:
         what = f"the file has `<{root.tag[:40]}>` where MJCF has `<mujoco>`"
         help = "a URDF has the ending .urdf; other formats are not read"
         raise BgError([not_importable(what, root.span, help)])
+    _check_finite(root)
     try:
         import mujoco  # optional, and heavy
     except ImportError:
@@ -64,6 +67,16 @@ def read_mjcf(source: Source, notes: Notes) -> Robot:
     except (ValueError, RuntimeError, mujoco.FatalError) as fault:
         raise BgError([_refused(source, str(fault))]) from None
     return _Mjcf(mujoco, spec, model, root, notes).read()
+
+
+def _check_finite(root: Element) -> None:
+    """Raise BG138 for a number that is not finite: MuJoCo takes its default for NaN."""
+    for element in root.walk():
+        for attribute, text in element.attributes.items():
+            found = None if attribute in _NAMES else _NOT_FINITE.search(text)
+            if found is not None:
+                what = f"`{attribute}` is not a number: {found[0]!r}"
+                raise BgError([wrong_value(element.place(attribute), what, "write a number")])
 
 
 def _refused(source: Source, message: str) -> Any:

@@ -72,7 +72,9 @@ def read_motion(
     if "time" not in times:
         raise BgError([bad_case_table(path, "it has no column `time`")])
     time = times["time"]
-    if len(time) < 2 or not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
+    if len(time) < 2:
+        raise BgError([bad_case_table(path, "it has fewer than two rows")])
+    if not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
         raise BgError([bad_case_table(path, "its times do not rise from 0 or later")])
     columns_found = [name for name, _ in found if name != "time"]
     for name in match:

@@ -233,6 +233,7 @@ def test_names_that_are_words_or_not_names_are_changed(tmp_path):
         (HINGE.format("<jont/>", ""), {"BG138"}),
         (HINGE.format("", "<option wind='a'/>"), {"BG138"}),
         (HINGE.format("", "").replace("mujoco>", "robot>"), {"BG137"}),
+        (HINGE.format("", "").replace('size="1"', 'size="1" mass="NaN"'), {"BG138"}),
         ("<mujoco", {"BG137"}),
     ],
 )
