@@ -21,6 +21,7 @@ from bgc.runtime.running.binding import Instance, Library
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.devices import open_devices
 from bgc.runtime.running.failures import require
+from bgc.runtime.running.faint import faint_states
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
@@ -57,6 +58,7 @@ class Work:
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
     warned: dict[int, tuple[Diagnostic, ...]] = field(default_factory=dict)  # as single runs are
+    faint: set[int] = field(default_factory=set)  # in which a state fell and grew again
     seconds: float = 0.0  # processor time of all threads
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
@@ -152,6 +154,8 @@ class Work:
         )
         if found:
             self.warned[number] = found
+        if faint_states(instance):
+            self.faint.add(number)
 
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""

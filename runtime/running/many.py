@@ -32,6 +32,7 @@ from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.compiling import load_or_compile
+from bgc.runtime.running.examined import examine
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
@@ -111,11 +112,13 @@ def simulate_many(
     notices: Sequence[Diagnostic] = (),
     resume: bool = False,
     library: LaneLibrary | None = None,
+    examined: bool = True,
 ) -> Ensemble:
     """Run a model with all parameter sets, each to all times; see `Model.simulate_many`.
 
     With `resume`, what is done is kept if Ctrl-C ends the call, and the next equal call goes on
-    from there. `library` is that of the batches, where the caller has loaded it.
+    from there. `library` is that of the batches, where the caller has loaded it. Unless `examined`,
+    runs that rounding may decide are not.
     """
     work = plan.work(None if plan.alone else library or lane_library(plan.model))
     rows = work.rows
@@ -123,6 +126,8 @@ def simulate_many(
     unfinished = _unfinished(plan) if resume else None
     recalled = _recall(work, unfinished, rows)
     run_all(work, progress)
+    if examined:
+        examine(work)
     ensemble = ensemble_of(work, plan.alone, notices, recalled)
     if work.stopping:
         kept = unfinished is not None and unfinished.keep(rows, work.completed, work.warned)
@@ -139,12 +144,15 @@ def observe_many(
     resume: bool = False,
     design: str = "cases",
     library: LaneLibrary | None = None,
+    examined: bool = True,
 ) -> Study:
     """Run as `simulate_many` does, and keep the observables of each run alone."""
     work = plan.work(None if plan.alone else library or lane_library(plan.model))
     unfinished = _unfinished(plan) if resume else None
     recalled = _recall(work, unfinished, work.reduced)
     run_all(work, progress)
+    if examined:
+        examine(work)
     study = replace(study_of(plan, work, notices, design), recalled=recalled)
     if work.stopping:
         kept = unfinished is not None and unfinished.keep(work.reduced, work.completed, work.warned)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -166,19 +166,29 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
     inputs = instance.input.copy()
     warned = (*notices, *run_warnings(model, instance, method))
     if state is None and faint_states(instance):
-        warned += _rounded_away(model, method, time)
+        warned += tuple(rounding_warnings(model, method, np.linspace(0.0, time, _ROWS)))
     return Reached(reached, inputs, warned)
 
 
-def _rounded_away(model: LoadedModel, method: Method, time: float) -> tuple[Diagnostic, ...]:
-    """Repeat a run to a time, s, with rows; warn of the state that rounding decides (BG726)."""
-    times = np.linspace(0.0, time, _ROWS)
-    rows = np.full((len(times), len(model.measured)), np.nan)
-    with model.started(method, accounts=False) as instance:
+def rounding_warnings(
+    model: LoadedModel,
+    method: Method,
+    times: Array,
+    parameters: Mapping[str, ParameterValue] = _NONE,
+    *,
+    cure: bool = True,
+) -> Iterator[Diagnostic]:
+    """Run to all times, s, and warn of the state that rounding decides (BG726).
+
+    With `cure`, a tolerance with which it does not is looked for. A run that fails says nothing.
+    """
+    rows = np.full((len(times), model.row_width), np.nan)
+    with model.started(method, bool(model.accounts), parameters) as instance:
         status, _, _ = run_watched(instance, times, rows, progress=False)
-        require(instance, status)
-        found = undecided(model, method, instance, times, rows)
-    return () if found is None else (undecided_state(found),)
+        if status is Status.OK:
+            found = undecided(model, method, instance, times, rows, parameters, cure=cure)
+            if found is not None:
+                yield undecided_state(found)
 
 
 def named_result(

@@ -11,6 +11,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.cases import Cases
+from bgc.runtime.running.examined import examine
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.many import Plan
 
@@ -54,6 +55,7 @@ def run_chunk(
     """Run some cases of a plan; `library` is that of the batches."""
     work = plan.work(library, cases)
     run_all(work, progress=False, threads=threads)
+    examine(work)
     return Chunk(
         first,
         work.values,

@@ -53,7 +53,6 @@ class Designs:
     failures: list[Diagnostic] = field(default_factory=list)
     _library: LaneLibrary | None = None
     _known: dict[bytes, Array | None] = field(default_factory=dict)
-    _warned: dict[bytes, dict[int, tuple[Diagnostic, ...]]] = field(default_factory=dict)
     _sloped: dict[bytes, Slopes | None] = field(default_factory=dict)
 
     @property
@@ -92,9 +91,10 @@ class Designs:
         return self._known[key]
 
     def warned(self, u: Array) -> Iterator[Diagnostic]:
-        """Warn of the runs of a design that was computed, by code, with the first of its cases."""
+        """Warn of the runs of a design, which are repeated, by code with the first of its cases."""
+        plan = self._plan_cases(np.clip(u, 0.0, 1.0)[np.newaxis])
+        found = observe_many(plan, library=self._library).run_warnings
         over = {name: np.asarray(values) for name, values in self.over.items()}
-        found = self._warned.get(np.clip(u, 0.0, 1.0).tobytes(), {})
         return gathered(found, over) if over else iter(found.get(0, ()))
 
     def many(self, points: Array) -> list[Array | None]:
@@ -161,13 +161,10 @@ class Designs:
             raise RunsSpent
         if self._library is None and not plan.alone:
             self._library = lane_library(self.model)
-        study = observe_many(plan, library=self._library)
+        study = observe_many(plan, library=self._library, examined=False)
         self.runs += len(plan.cases)
         for number, why in study.failures.items():
             self.failures.append(replace(why, note=_at(why.note, plan.cases[number])))
-        for number, some in study.run_warnings.items():
-            case, point = divmod(number, len(points))
-            self._warned.setdefault(points[point].tobytes(), {})[case] = some
         values = study.values.reshape(self.cases, len(points), -1)
         good = study.done.reshape(self.cases, -1) & np.isfinite(values).all(axis=2)
         return [values[:, k] if good[:, k].all() else None for k in range(len(points))]

@@ -42,7 +42,6 @@ class Residuals:
     runs: int = 0
     failures: list[Diagnostic] = field(default_factory=list)
     _library: LaneLibrary | None = None
-    _warned: tuple[Diagnostic, ...] = ()  # of the run at the point
     _point: Array | None = None
     _values: Array | None = None  # (rows, columns) at the point
     _slopes: Array | None = None  # (parameters, rows, columns)
@@ -67,27 +66,21 @@ class Residuals:
         return np.column_stack([each[self.recorded.known] for each in weighted])
 
     def warned(self, point: Array) -> tuple[Diagnostic, ...]:
-        """The warnings about the steps and energies of the run at a point."""
-        self._compute(point)
-        return self._warned
+        """The warnings about the run at a point, which is repeated alone."""
+        return simulate_many(self._plan(point[np.newaxis])).run_warnings.get(0, ())
 
     def many(self, points: Array) -> list[Array | None]:
         """Computed values at several points, (n, parameters), in one batch."""
-        return self._run(points)[0]
-
-    def _run(self, points: Array) -> tuple[list[Array | None], tuple[Diagnostic, ...]]:
-        """Run several points in one batch; return their values, and the warnings of the first."""
         plan = self._plan(points)
         if self._library is None and not plan.alone:
             self._library = lane_library(self.model)
-        ensemble = simulate_many(plan, library=self._library)
+        ensemble = simulate_many(plan, library=self._library, examined=False)
         self.runs += len(points)
         self.failures += ensemble.failures.values()
         places = [ensemble.names.index(name) for name in self.recorded.names]
         rows = ensemble.values[:, :, places]
         good = ensemble.done & np.isfinite(rows[:, 1:]).all(axis=(1, 2))
-        values = [rows[k] if good[k] else None for k in range(len(points))]
-        return values, ensemble.run_warnings.get(0, ())
+        return [rows[k] if good[k] else None for k in range(len(points))]
 
     def _plan(self, points: Array) -> Plan:
         preset = self.model.parameters.given({})
@@ -111,7 +104,7 @@ class Residuals:
                 other = point.copy()
                 other[k] = end[k]
                 points.append(other)
-        (base, *others), self._warned = self._run(np.array(points))
+        base, *others = self.many(np.array(points))
         self._point, self._values, self._slopes = point.copy(), base, None
         if base is not None:
             self._slopes = np.array(

@@ -163,3 +163,33 @@ def test_the_command_prints_them_and_files_hold_them(models: Path, tmp_path: Pat
     with np.load(out) as archive:
         (warned,) = json.loads(str(archive["about"]))["warnings"].items()
     assert warned[0] == "1" and "is too long at" in warned[1][0]
+
+
+# --- states below their tolerance ---------------------------------------------------------------
+
+PITCHFORK = Path(__file__).parents[1] / "models" / "faint.bg"
+
+
+def test_a_run_that_rounding_decides_is_warned_of_with_its_cure() -> None:
+    """One of 32 is examined, the first: it is warned of as alone; with its cure none is."""
+    model = bgc.compile(PITCHFORK, scene="pitchfork")
+    values = {"x0": [0.1, 0.2, 0.3, 0.4]}
+    ensemble = model.simulate_many(values)
+    assert ensemble.together == 4
+    (alone,) = model.simulate().warnings
+    (warning,) = ensemble.warnings
+    assert (warning.code, warning.help) == (alone.code, alone.help) and alone.code == "BG726"
+    assert warning.note.splitlines() == [
+        "1 of the 4 instances in which a state fell so were examined",
+        "in instance 0, with `x0` = 0.1",
+    ]
+    cured = model.simulate_many(values, atol=float(alone.help.split("`")[1].split("= ")[1]))
+    assert not cured.warnings
+
+
+def test_a_driven_state_that_fell_is_not() -> None:
+    """The push lifts it again, whatever is left of it."""
+    model = bgc.compile(PITCHFORK, scene="pushed")
+    ensemble = model.simulate_many([{}] * 4)
+    assert ensemble.together == 4
+    assert not ensemble.warnings
