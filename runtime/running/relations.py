@@ -115,8 +115,10 @@ class Relations:
             found[:, self.rows] = orthonormal(left[:, rank:] / size[:, None]).T
         return found
 
-    def reached(self, begin: Array, target: Array) -> Array:
-        """The point near `target` that a motion reaches from `begin`.
+    def reached(self, begin: Array, target: Array) -> tuple[Array, bool]:
+        """The point near `target` that a motion reaches from `begin`, and whether it is the last.
+
+        It is a point on the way there where the path takes too many steps.
 
         The path goes along target - begin, without its components across the relations (explicit
         Runge-Kutta method of order 5 with control of the error of each step).
@@ -131,7 +133,7 @@ class Relations:
         y, gone, part = begin, 0.0, 1.0
         first = rate(y)
         if not self.rows.size:
-            return target
+            return target, True
         count = len(self.rows)
         for _ in range(_LONGEST_PATH):
             slopes = [first]
@@ -146,10 +148,10 @@ class Relations:
             if size <= 1 or part <= _SHORTEST:
                 y, first, gone = after, slopes[-1], gone + part
                 if gone >= 1:
-                    break
+                    return y, True
             part *= min(5.0, max(0.2, 0.9 * max(size, 1e-10) ** -0.2))
             part = min(max(part, _SHORTEST), 1 - gone)
-        return y
+        return y, False
 
 
 def orthonormal(columns: Array) -> Array:

@@ -29,14 +29,15 @@ from contextlib import suppress
 import numpy as np
 
 from bgc.building.built import Rest
-from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found
+from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Relations, Undefined, orthonormal
-from bgc.runtime.running.resting import Resting
+from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales
+from bgc.runtime.running.rest_equations import RestEquations, require_ok
 from bgc.runtime.running.structures import Status
 
 _ITERATIONS = 200
@@ -52,8 +53,6 @@ _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
 _NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
-_LEAST_RANK = 1e-12  # of the singular values of scaled rows, in terms of the largest
-_PART = 1e-6  # of a state's scale or a parameter, for a difference quotient
 
 
 def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
@@ -64,7 +63,8 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
     Raises
     ------
     BgError
-        BG760 if rates remain, BG761 if they do where values are held.
+        BG760 if rates remain, BG761 if they do where values are held, BG773 if relations between
+        positions could not be followed to the state of rest.
     """
     try:
         search = _Search(instance, rest)
@@ -74,113 +74,23 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
         return undefined.status, None
 
 
-class _Search:
+class _Search(RestEquations):
     """The search of one instance: z holds the states in their scales, then the parameters."""
 
     def __init__(self, instance: Instance, rest: Rest) -> None:
-        self.instance, self.time = instance, instance.time
-        model = instance.library.model
-        self.resting = Resting(instance, rest.sampled)
-        self.size = self.resting.size
-        outputs = [text(model.output[k].name) for k in range(model.n_output)]
-        self.held = [outputs.index(name) for name in rest.hold]
-        parameters = [text(model.param[k].name) for k in range(model.n_param)]
+        super().__init__(instance, rest)
         self.momenta = list(rest.momenta)
-        self.varied = [parameters.index(name) for name in rest.vary]
-        self.scale = self.resting.scale
-        self.start: Array = self.resting.state / self.scale
-        self.given = np.array([instance.parameter(k) for k in self.varied])
-        self.of_parameters = np.where(self.given != 0, np.abs(self.given), 1.0)
         self.z = np.concatenate([self.start, self.given / self.of_parameters])
-        self.declared = self.start  # y0 at the present parameters
-        self.wanted = self._outputs(self.z)[self.held] if self.held else np.empty(0)
         self.rows = np.ones(0)
         self.steps_left = _STEPS
         self.relaxations = 0  # in vain
         status, mass = self.resting.mass()
-        _check(status)
+        require_ok(status)
         self.mass = mass * self.scale / self.scale[:, None]
-        self.relations = Relations(self._by_state, self.momenta, self.mass)
+        self.relations = Relations(self.by_state, self.momenta, self.mass)
         self.reached = self.start  # the last point that a motion reaches from y0
         self.reached_at = self._conditions()
-
-    # --- evaluation ---------------------------------------------------------------------------
-
-    def _go(self, z: Array) -> None:
-        """Put the instance at z."""
-        instance = self.instance
-        if self.varied:
-            values = z[self.size :] * self.of_parameters
-            if not np.array_equal(values, [instance.parameter(k) for k in self.varied]):
-                info = instance.library.model.param
-                for index, value in zip(self.varied, values.tolist(), strict=True):
-                    if not info[index].low <= value <= info[index].high:
-                        raise Undefined(Status.BAD_ARGUMENT)
-                    instance.set_parameter(index, value)
-                _check(instance.reset(self.time))
-                self.declared = self.resting.state / self.scale
-        self.resting.put(z[: self.size] * self.scale)
-
-    def _outputs(self, z: Array) -> Array:
-        self._go(z)
-        status, found = self.instance.outputs()
-        _check(status)
-        return found
-
-    def residuals(self, z: Array) -> Array:
-        """All equations at z, not scaled by rows; rates are in scales of their states."""
-        self._go(z)
-        status, rates = self.resting.rates()
-        _check(status)
-        status, values, _ = self.resting.chain_rows()
-        _check(status)
-        held = self._outputs(z)[self.held] - self.wanted if self.held else np.empty(0)
-        found: Array = np.concatenate([rates / self.scale, values, held])
-        if not np.isfinite(found).all():
-            raise Undefined(Status.NOT_FINITE)
-        return found
-
-    def _by_state(self, y: Array) -> Array:
-        """Derivatives of the rates by the states, at the present parameters."""
-        self.resting.put(y * self.scale)
-        status, by_state = self.resting.slope()
-        _check(status)
-        found: Array = by_state * self.scale / self.scale[:, None]
-        return found
-
-    def slopes(self, z: Array) -> tuple[Array, Array]:
-        """Derivatives of the residuals by z, and of y0 by the parameters."""
-        self._go(z)
-        rates = self._by_state(z[: self.size])
-        status, _, by_place = self.resting.chain_rows()
-        _check(status)
-        states = np.vstack([rates, by_place * self.scale, self._held_slopes(z)])
-        starts = np.zeros((self.size, len(self.varied)))
-        columns = np.zeros((len(states), len(self.varied)))
-        for k in range(len(self.varied)):
-            moved = z.copy()
-            found = []
-            for sign in (1, -1):
-                moved[self.size + k] = z[self.size + k] + sign * _PART
-                found.append((self.residuals(moved), self.declared.copy()))
-            (above, later), (below, earlier) = found
-            columns[:, k] = (above - below) / (2 * _PART)
-            starts[:, k] = (later - earlier) / (2 * _PART)
-        self._go(z)
-        return np.hstack([states, columns]), starts
-
-    def _held_slopes(self, z: Array) -> Array:
-        slopes = np.zeros((len(self.held), self.size))
-        if self.held:
-            moved = z.copy()
-            for k in range(self.size):
-                part = _PART * max(1.0, abs(z[k]))
-                moved[k] = z[k] + part
-                above = self._outputs(moved)[self.held]
-                moved[k] = z[k] - part
-                slopes[:, k] = (above - self._outputs(moved)[self.held]) / (2 * part)
-                moved[k] = z[k]
-        return slopes
+        self.arrived = True  # the path to that point was followed to its end
 
     # --- relations between positions ----------------------------------------------------------
 
@@ -190,15 +100,16 @@ class _Search:
 
     def _off(self) -> Array:
         """The distance of y from the point near it that a motion reaches from y0."""
-        self._go(self.z)
+        self.go(self.z)
         y = self.z[: self.size]
         with suppress(Undefined):
             while True:
                 begin = self.reached if self._conditions() == self.reached_at else self.declared
                 before = self.reached_at = self._conditions()
-                self.reached = self.relations.reached(begin, y)
+                self.reached, self.arrived = self.relations.reached(begin, y)
                 if self._conditions() == before:
                     return y - self.reached
+        self.arrived = True
         self.reached = self.declared  # the path leads through points without rates
         return y - self.declared
 
@@ -253,7 +164,7 @@ class _Search:
             return self.slopes(y)[0][: self.size]
 
         def projected(y: Array) -> Array:
-            self._go(y)
+            self.go(y)
             self.instance.restart()
             moved: Array = self.resting.state / self.scale
             return moved
@@ -286,7 +197,7 @@ class _Search:
                     return True
             fraction /= 4
         self.z = begin
-        self._go(begin)
+        self.go(begin)
         return False
 
     def _distance(self) -> float:
@@ -322,7 +233,7 @@ class _Search:
         for _ in range(_FEWER_ITERATIONS if kept else _ITERATIONS):
             self.steps_left -= 1
             slope, starts = self.slopes(self.z)
-            self.rows = _row_scales(slope)
+            self.rows = row_scales(slope)
             scaled = remaining / self.rows
             size = float(np.abs(scaled).max(initial=0.0))
             if size <= _ROUNDING or self.steps_left <= 0:
@@ -330,12 +241,12 @@ class _Search:
             basis = self._related(starts)[1] if kept else np.eye(len(self.z))
             matrix = (slope / self.rows[:, None]) @ basis
             left, values, right = np.linalg.svd(matrix, full_matrices=False)
-            count = _rank(values, rank * size)
+            count = rank_of(values, rank * size)
             step = -right[:count].T @ ((left[:, :count].T @ scaled) / values[:count])
             found = self._tried(basis @ step, remaining)
             if found is not None:
                 self.z, remaining = found
-            elif size <= _AT_REST or rank < _LEAST_RANK:
+            elif size <= _AT_REST or rank < LEAST_RANK:
                 break
             else:
                 rank *= 0.01  # what was taken for a free direction may not be one
@@ -343,17 +254,17 @@ class _Search:
 
     def _related(self, starts: Array) -> tuple[Array, Array]:
         """Changes of the relations between positions by z, and a basis of what keeps them."""
-        self._go(self.z)
+        self.go(self.z)
         rows = self.relations.gradients(self.z[: self.size])
         changes = rows @ np.hstack([np.eye(self.size), -starts])
-        return changes, _least(changes, np.zeros(len(rows)))[1]
+        return changes, least(changes, np.zeros(len(rows)))[1]
 
     def _free(self) -> tuple[Array, Array, Array]:
         """Directions that no equation restores, and the matrices on which they depend."""
         slope, starts = self.slopes(self.z)
-        rows = _row_scales(slope)
+        rows = row_scales(slope)
         _, values, right = np.linalg.svd(slope / rows[:, None], full_matrices=True)
-        return right[_rank(values, 0.0) :].T, slope, starts
+        return right[rank_of(values, 0.0) :].T, slope, starts
 
     def _along(self) -> Array:
         """The step along directions that no equation restores.
@@ -369,11 +280,11 @@ class _Search:
         moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
         kept = self._conserved(slope[: self.size, : self.size])
         changes, off = self._unrelated(starts)
-        found, others = _least(changes @ free, -off)
+        found, others = least(changes @ free, -off)
         for rows in (kept, np.eye(self.size)):
             matrix = rows @ moved
             wanted = -rows @ away - matrix @ found
-            step, left = _least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
+            step, left = least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
             found, others = found + others @ step, others @ left
         along: Array = free @ found
         return along
@@ -388,7 +299,7 @@ class _Search:
         """The least step along free directions that restores the relations, and their violation."""
         free, _, starts = self._free()
         changes, off = self._unrelated(starts)
-        step, _ = _least(changes @ free, -off)
+        step, _ = least(changes @ free, -off)
         return free @ step, float(np.abs(off).max(initial=0.0))
 
     def _conserved(self, slope: Array) -> Array:
@@ -397,12 +308,12 @@ class _Search:
         Such as the difference between the stretch of a spring and an angle that is integrated from
         the same rate. Their rows are orthonormal.
         """
-        rows = _row_scales(slope)
+        rows = row_scales(slope)
         left, values, _ = np.linalg.svd(slope / rows[:, None])
-        kept = (left[:, _rank(values, 0.0) :] / rows[:, None]).T @ self.mass
+        kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
         if kept.size:
             kept = orthonormal(kept.T).T
-            _, others = _least(kept[:, self.momenta].T, np.zeros(len(self.momenta)))
+            _, others = least(kept[:, self.momenta].T, np.zeros(len(self.momenta)))
             kept = others.T @ kept
         return kept
 
@@ -417,7 +328,7 @@ class _Search:
                 if np.linalg.norm(after / self.rows) <= (1 - 0.1 * fraction) * before:
                     return z, after
             fraction /= 2
-        self._go(self.z)
+        self.go(self.z)
         return None
 
     # --- the end ------------------------------------------------------------------------------
@@ -426,12 +337,14 @@ class _Search:
         """Check the rates that remain, and make the state the start of a run."""
         remaining = self.residuals(self.z)
         slope, _ = self.slopes(self.z)
-        self.rows = _row_scales(slope)
+        self.rows = row_scales(slope)
         sizes = np.abs(remaining / self.rows)
         worst = float(sizes.max(initial=0.0))
         if not worst <= _AT_REST:
             self._refuse(remaining, sizes)
-        self._go(self.z)
+        if not self.arrived:
+            raise BgError([rest_too_far()])
+        self.go(self.z)
         status = self.instance.restart()
         if status is not Status.OK:
             return status, None
@@ -470,31 +383,3 @@ class _Search:
             Move(text(info[k].name), text(info[k].unit), float(given), self.instance.parameter(k))
             for k, given in zip(self.varied, self.given, strict=True)
         )
-
-
-def _row_scales(slope: Array) -> Array:
-    """The largest entry of each row; 1 for a row of zeros, whose equation nothing can satisfy."""
-    largest: Array = np.abs(slope).max(axis=1, initial=0.0)
-    return np.where(largest > 0, largest, 1.0)
-
-
-def _rank(values: Array, size: float) -> int:
-    """The number of singular values that count, where the residual is `size`."""
-    largest = float(values.max(initial=0.0))
-    return int((values > largest * max(_LEAST_RANK, min(1e-3, size))).sum())
-
-
-def _least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Array]:
-    """The least of the best solutions of `matrix x = wanted`, and a basis of what is free.
-
-    Entries of the matrix have rounding errors of numbers of magnitude `size`.
-    """
-    left, values, right = np.linalg.svd(matrix, full_matrices=True)
-    count = int((values > 1e-9 * max(size, values.max(initial=0.0))).sum())
-    x: Array = right[:count].T @ ((left[:, :count].T @ wanted) / values[:count])
-    return x, right[count:].T
-
-
-def _check(status: Status) -> None:
-    if status is not Status.OK:
-        raise Undefined(status)

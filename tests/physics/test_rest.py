@@ -18,6 +18,7 @@ from bgc.resolution.resolve import load_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.summary import summarise
+from bgc.runtime.running import relations
 from bgc.runtime.running.relations import orthonormal
 from bgc.runtime.running.structures import Status
 
@@ -324,3 +325,11 @@ scene s of Relief { start rest; observe line.filling[1].e as first, relief.a.P a
     assert result["first"][0] - result["last"][0] == pytest.approx(laminar, rel=2e-3)
     share = brentq(lambda p: (p - 350) / 20 * 240 * np.sqrt(p / 370) - 10, 350, 370)
     assert result["last"][0] == pytest.approx(share * 1e5, rel=1e-5)
+
+
+def test_a_way_that_is_not_followed_to_its_end_is_an_error(load: Load, monkeypatch) -> None:
+    """The point half-way there would put a spring and its ends at different places."""
+    monkeypatch.setattr(relations, "_LONGEST_PATH", 1)
+    with pytest.raises(bgc.BgError) as caught:
+        load("rest", "sliding").simulate(parameters={"x0": 5.0, "pull": 3.0})
+    assert caught.value.diagnostics[0].code == "BG773"

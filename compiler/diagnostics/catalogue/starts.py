@@ -120,3 +120,26 @@ def rest_not_found() -> Diagnostic:
         "no state of rest near the initial values keeps what `hold` names",
         help="hold less, or free a parameter by `vary`",
     )
+
+
+def rest_too_far() -> Diagnostic:
+    """BG773: the way to the state of rest is too long to follow
+
+    What: the state of rest was found, but the way there along relations between positions could
+    not be followed to its end: the poses of bodies, the lengths of ropes and the stretches of
+    springs may contradict each other in it.
+
+    Why: relations between positions that no motion changes are followed from the initial values in
+    small steps. Their number is limited, and a position that is far away in terms of its scale,
+    many turns of a shaft for example, needs more.
+
+    Example: `start rest;` of a load on a rope that is a thousand turns from the winch's balance.
+
+    Way out: start nearer to the state of rest, by initial values, or run the model to rest and
+    continue from there.
+    """
+    return error(
+        "BG773",
+        "the way from the initial values to the state of rest is too long to follow",
+        help="give initial values that are nearer to it",
+    )

@@ -1,0 +1,32 @@
+"""Linear algebra of a search for rest: scales of rows, ranks, least solutions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bgc.runtime.results.arrays import Array
+
+LEAST_RANK = 1e-12  # of the singular values of scaled rows, in terms of the largest
+
+
+def row_scales(slope: Array) -> Array:
+    """The largest entry of each row; 1 for a row of zeros, whose equation nothing can satisfy."""
+    largest: Array = np.abs(slope).max(axis=1, initial=0.0)
+    return np.where(largest > 0, largest, 1.0)
+
+
+def rank_of(values: Array, size: float) -> int:
+    """The number of singular values that count, where the residual is `size`."""
+    largest = float(values.max(initial=0.0))
+    return int((values > largest * max(LEAST_RANK, min(1e-3, size))).sum())
+
+
+def least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Array]:
+    """The least of the best solutions of `matrix x = wanted`, and a basis of what is free.
+
+    Entries of the matrix have rounding errors of numbers of magnitude `size`.
+    """
+    left, values, right = np.linalg.svd(matrix, full_matrices=True)
+    count = int((values > 1e-9 * max(size, values.max(initial=0.0))).sum())
+    x: Array = right[:count].T @ ((left[:, :count].T @ wanted) / values[:count])
+    return x, right[count:].T
