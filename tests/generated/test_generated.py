@@ -14,9 +14,12 @@ from equation_check import check_columns
 from observed_variables import with_all_observed
 from program_check import RATE, RESIDUAL, ROWS, START, by_equations, by_reference, program_of
 from program_draw import draw_program
+from program_modes import slope_errors
 from program_runs import CLOSE, difference, run_text, scales_of
 from program_text import Style, write
 from raw_equations import raw_equations
+
+import bgc
 
 pytestmark = pytest.mark.slow
 SEEDS = (2, 4, 5, 6, 7, 10, 17, 20, 22, 29, 32, 33, 34, 41, 43, 46, 48, 51, 52, 53, 54, 55, 62)
@@ -36,6 +39,14 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
     assert (kind, about) == ("agrees", about)
+
+
+@pytest.mark.parametrize("seed", [20003, 20011])
+def test_slopes_are_those_of_the_rates(seed: int, tmp_path: Path) -> None:
+    path = tmp_path / "program.bg"
+    path.write_text(write(program_of(seed)), encoding="utf-8")
+    errors = slope_errors(bgc.compile(path, preview=True))
+    assert errors and max(errors.values()) < 1e-5
 
 
 def test_a_program_that_reads_what_has_no_bond_is_refused(tmp_path: Path) -> None:
