@@ -86,8 +86,8 @@ def two_operands(context: ErrorContext, found: Token) -> Explanation | None:
         return Explanation(wrong.misspelt_number(span, message, help))
     before, after = context.describe_previous(), context.describe_found()
     reciprocal = reciprocal_unit(context.source.text[context.offset :])
-    unit = f"{previous} {reciprocal}" if previous.type == "NUMBER" and reciprocal else ""
-    return Explanation(wrong.missing_operator(context.span(), before, after, unit))
+    spelt = f"{previous} {reciprocal}" if previous.type == "NUMBER" and reciprocal else ""
+    return Explanation(wrong.missing_operator(context.span(), before, after, spelt))
 
 
 def reciprocal_unit(text: str) -> str:

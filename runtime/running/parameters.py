@@ -213,6 +213,6 @@ class Parameters(Mapping[str, Parameter]):
         number = read_quantity(value, name, unit) if isinstance(value, str) else float(value)
         if not info.low <= number <= info.high:
             shown = self.shown(name, unit)
-            numbers = map(shown.number, (number, info.low, info.high))
-            raise BgError([parameter_out_of_range(name, shown.label, *numbers)])
+            value, low, high = map(shown.number, (number, info.low, info.high))
+            raise BgError([parameter_out_of_range(name, shown.label, value, low, high)])
         return number

@@ -113,12 +113,15 @@ def arrow_against_port(
     where = "inside its model the arrow leaves it" if inside else "the arrow points into it"
     if direction == "out":
         where = "inside its model the arrow points into it" if inside else "the arrow leaves it"
+    meeting = "j : J1; a, b -> j;" if direction == "out" else "j : J1; j -> a, b;"
     return error(
         "BG404",
         f"the arrow runs against the port `{port}`",
         span,
         labels=[Label(place, f"an `{direction}` port: {where}")],
-        help="reverse the arrow" if inside else "reverse the arrow, or put a junction between",
+        help="reverse the arrow"
+        if inside
+        else f"reverse the arrow, or put a J1 between: `{meeting}`",
     )
 
 
