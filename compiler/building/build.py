@@ -8,6 +8,7 @@ only when their text changes. The shared object is cached in the same way.
 from __future__ import annotations
 
 import errno
+import re
 import shutil
 import sys
 from collections.abc import Mapping, Sequence, Set
@@ -101,8 +102,9 @@ def runtime_directory() -> Path:
 
 
 def driver_names() -> tuple[str, ...]:
-    """The drivers of this installation, each in a C file of its name, sorted."""
-    return tuple(sorted(path.stem for path in (runtime_directory() / "drivers").glob("*.c")))
+    """The drivers of this installation, sorted: those that its list in C names."""
+    listed = (runtime_directory() / "drivers/drivers.h").read_text(encoding="utf-8")
+    return tuple(sorted(re.findall(r"DRIVER\(bgc_(\w+)_driver\)", listed)))
 
 
 def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:

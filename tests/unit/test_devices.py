@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes.util
+import re
 import subprocess
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from click.testing import CliRunner
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import check_source
+from bgc.language.scene_tables import DRIVER_OPTIONS
 from bgc.runtime.cli.app import application
 from bgc.runtime.realtime.found import HARDWARE, find_all, find_library
 from bgc.runtime.running.devices import read_choice
@@ -189,3 +191,17 @@ def test_the_library_of_a_maker_is_found(tmp_path: Path, monkeypatch: pytest.Mon
 def test_devices_lists_every_driver() -> None:
     status, text = bgc_command("devices")
     assert status == 0 and "ok  trace" in text
+    listed = {line.split()[1] for line in text.splitlines() if line.startswith(("ok", "--"))}
+    assert set(DRIVER_OPTIONS) <= listed
+
+
+def test_a_scene_may_use_every_driver_of_the_manual(tmp_path: Path) -> None:
+    manual = (Path(bgc.grammar.__path__[0]) / "LANGUAGE.md").read_text("utf-8")
+    table = manual.partition("| driver | options | gives |\n")[2].partition("\n\n")[0]
+    rows = [re.match(r"\| `(\w+)` \|", line) for line in table.splitlines()[1:]]
+    names = {row[1] for row in rows if row}
+    assert len(names) >= 7
+    path = tmp_path / "own.bg"
+    for name in sorted(names - {"trace", "udp"}):  # those need a file and a port
+        path.write_text(SCENE.format(driver=f"{name}()"))
+        assert check_source(path) == [], name
