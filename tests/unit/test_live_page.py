@@ -16,6 +16,7 @@ import bgc
 from bgc.building.cache import open_cache
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
+from bgc.resolution.library import library_folder
 from bgc.runtime.cli.app import application
 from bgc.runtime.running.failures import explain
 from bgc.runtime.running.simulate import method_of
@@ -215,6 +216,26 @@ def test_a_frame_without_workers_and_gamepads_runs_the_model_in_the_page(browser
             time.sleep(0.1)
     context.close()
     assert wrong == []
+
+
+@pytest.mark.slow  # zig takes 40 s of processor time: nothing else builds the page that is promised
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+def test_the_page_of_the_papers_crane_is_below_a_megabyte(browser, tmp_path):
+    file = library_folder() / "scenes/two_beam_crane.bg"
+    page = live_page(file, Options("two_beam_crane"))
+    assert 3e5 < len(gzip.compress(page.document.encode())) < 1e6
+    path = page.save(tmp_path / "crane.html")
+    view = View(browser, f"{path.as_uri()}?quality=low", offline=True)
+    times = [0.05 * k for k in range(101)]
+    done = view.ask(f"bgcView.source.simulate({times})")
+    crane = bgc.compile(file, scene="two_beam_crane", shapes=True)
+    native = np.full((101, crane.row_width), np.nan)
+    method = method_of(crane)[0].with_capped_step(np.array(times), True)
+    with crane.started(method, bool(crane.accounts)) as run:
+        assert run.run(np.array(times), native) == (Status.OK, 101)
+    assert np.ptp(native, axis=0).max() > 0.1
+    np.testing.assert_allclose(np.array(done["rows"]), native, rtol=1e-6, atol=1e-6)
+    view.close(("file://",))
 
 
 # --- its data ---------------------------------------------------------------------------------
