@@ -86,7 +86,8 @@ def open_scene(
         The file and its scene. The whole model is compiled, so that every parameter can be varied.
     inputs
         Efforts or flows of sources, parameters, inputs of models, channels of devices; by default
-        all channels of the scene's devices. A vector's name selects all its components.
+        all channels of the scene's devices. A vector's name selects all its components. One name
+        may be given alone, as may that of one output.
     outputs
         Names that the scene observes, or expressions; by default all observations of the scene
         except the energy accounts.
@@ -103,6 +104,7 @@ def open_scene(
         The model is invalid, or an input or output cannot be used; BG522 where an output needs
         the rate of an input.
     """
+    inputs, outputs = ([each] if isinstance(each, str) else each for each in (inputs, outputs))
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}), total)
     options = replace(options, whole=True, observe=tuple(outputs), inputs=tuple(inputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")

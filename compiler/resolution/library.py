@@ -22,6 +22,12 @@ def library_modules() -> tuple[str, ...]:
     )
 
 
+def scene_file(name: str) -> Path | None:
+    """Return the file of the library's scenes or examples that has a name, such as `ur5.bg`."""
+    places = (library_folder() / folder / name for folder in ("scenes", "examples"))
+    return next((place for place in places if place.suffix == ".bg" and place.is_file()), None)
+
+
 def module_path(module: str) -> Path:
     """Return the file of a module."""
     return library_folder().joinpath(*module.split(".")).with_suffix(".bg")

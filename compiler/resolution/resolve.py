@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import imports, names
+from bgc.diagnostics.catalogue.files import file_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
@@ -17,7 +18,7 @@ from bgc.grammar.parse import parse, read_source
 from bgc.grammar.peers import element_advice, part_of
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.conformance import check_conformance, check_interfaces
-from bgc.resolution.library import library_folder, library_modules, module_path
+from bgc.resolution.library import library_folder, library_modules, module_path, scene_file
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
 from bgc.resolution.scenes import collect_scenes
@@ -53,7 +54,14 @@ def _parse(source: Source) -> Parsed:
 
 def load(path: Path) -> Package:
     """Read a file with all its imports; BgError lists all errors in them."""
-    return _load_root(_parse(read_source(path)), path)
+    try:
+        source = read_source(path)
+    except BgError as problem:
+        found = scene_file(path.name)
+        if found is None or path.exists():
+            raise
+        raise BgError([file_missing(str(path), str(found))]) from problem
+    return _load_root(_parse(source), path)
 
 
 def load_text(text: str, name: str = "<text>") -> Package:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue.arguments import (
+    not_a_quantity,
     parameter_folded,
     parameter_out_of_range,
     unknown_parameter,
@@ -210,6 +212,8 @@ class Parameters(Mapping[str, Parameter]):
     def _number(self, name: str, value: Any) -> float:
         info = self._library.model.param[self._find(name)]
         unit = text(info.unit)
+        if not isinstance(value, str | Real | np.bool_):
+            raise BgError([not_a_quantity(name, type(value).__name__, unit)])
         number = read_quantity(value, name, unit) if isinstance(value, str) else float(value)
         if not info.low <= number <= info.high:
             shown = self.shown(name, unit)

@@ -85,7 +85,8 @@ def read_axes(vary: Vary, parameters: Parameters) -> list[Axis]:
         if isinstance(value, str):
             axes.append(read_axis(f"{name}={value}", parameters))
         else:
-            numbers = (_number(each, name, parameters) for each in np.asarray(value, dtype=object))
+            listed = np.atleast_1d(np.asarray(value, dtype=object))
+            numbers = (_number(each, name, parameters) for each in listed)
             axes.append(Listed(name, tuple(numbers)))
     return axes
 

@@ -71,6 +71,8 @@ def test_a_wrong_argument_is_refused_at_the_door(model, result):
     assert code_of(model.simulate, duration=True) == "BG790"
     assert code_of(model.simulate, duration="2 kg") == "BG063"
     assert code_of(model.simulate, step="fast") == "BG062"
+    assert code_of(model.simulate, parameters={"R": None}) == "BG790"
+    assert code_of(model.sweep, {"R": None}) == "BG790"
     assert code_of(model.rhs, 0.1) == "BG791"
     assert code_of(model.jacobian, [1, 2, 3]) == "BG791"
     assert code_of(result.__getitem__, "capacitor") == "BG065"
@@ -190,6 +192,12 @@ def test_polars_gets_a_column_for_each_name(result):
     polars = pytest.importorskip("polars")
     assert isinstance(result.to_polars(), polars.DataFrame)
     assert result.to_polars().columns == ["time", "capacitor.e", "loop.f"]
+
+
+def test_one_input_and_one_output_are_names(model):
+    one = model.linearise("supply.e", "capacitor.e")
+    np.testing.assert_array_equal(one.B, model.linearise(["supply.e"], ["capacitor.e"]).B)
+    assert one.outputs == ("capacitor.e",)
 
 
 def test_a_linear_form_is_a_state_space_of_scipy(model):

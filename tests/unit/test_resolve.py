@@ -1,5 +1,7 @@
 """Files, their imports, and the names that each of them sees."""
 
+from pathlib import Path
+
 import pytest
 
 from bgc.diagnostics.diagnostic import BgError
@@ -69,6 +71,13 @@ def test_library_modules_are_imported_by_name():
     assert "crane.beam" in library_modules()
     package = load_text("import crane.beam; model M { output y = gravity; }")
     assert {source.name for source in package.sources} >= {"library/crane/beam.bg", "<text>"}
+
+
+def test_a_missing_file_that_the_library_has_is_named():
+    with pytest.raises(BgError, match=r"the library has a scene of this name: `.*scenes.ur5.bg`"):
+        load(Path("no", "folder", "ur5.bg"))
+    with pytest.raises(BgError, match="check the path"):
+        load(Path("no", "folder", "ur55.bg"))
 
 
 def test_near_names_are_suggested():

@@ -7,15 +7,18 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
 
-def file_missing(name: str) -> Diagnostic:
+def file_missing(name: str, of_library: str = "") -> Diagnostic:
     """BG001: a file that does not exist
 
     What: no file has this path.
     Why: the path is misspelt, or relative to another folder.
     Example: `bgc run crnae.bg`
-    Way out: correct the path.
+    Way out: correct the path. The message names a scene of the library that has the name.
     """
-    return error("BG001", f"there is no file `{name}`", help="check the path and its spelling")
+    help = "check the path and its spelling"
+    if of_library:
+        help = f"the library has a scene of this name: `{of_library}`"
+    return error("BG001", f"there is no file `{name}`", help=help)
 
 
 def is_directory(name: str, wanted: str = "a `.bg` file") -> Diagnostic:
