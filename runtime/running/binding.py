@@ -215,6 +215,7 @@ class Instance:
     def __init__(self, library: Library) -> None:
         self.library = library
         self.backend: Any = None  # replaces `bgc_run`, see `backend_run`
+        self.given: dict[int, float] = {}  # parameters that were set, in their order
         self._data = library.functions.bgc_new(library.pointer)
         if not self._data:
             raise BgError([no_memory()])
@@ -238,6 +239,7 @@ class Instance:
 
     def set_parameter(self, index: int, value: float) -> None:
         """Set a parameter; takes effect at `reset`."""
+        self.given[index] = value
         self._call("bgc_set_param", index, value)
 
     def parameter(self, index: int) -> float:

@@ -126,7 +126,7 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
         element = _at(places.checks, index - model.n_param).span
         if element is not None:
             return physics.turned_asymmetric(element, message)
-        return run.parameters_refused(message)
+        return run.parameters_refused(message, _refused_alone(instance, index))
     info = model.param[index]
     value = instance.parameter(index)
     numbers = value, info.low, info.high
@@ -136,6 +136,18 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     names = [text(model.param[k].name) for k in origins]
     spans = [places.parameters[k].span for k in (*origins[:1], index)] if origins else []
     return parameter_out_of_range(text(info.name), text(info.unit), *numbers, names, *spans)
+
+
+def _refused_alone(instance: Instance, check: int) -> list[str]:
+    """Names of the parameters that were set each of which fails a check alone."""
+    found = []
+    for k, given in instance.given.items():
+        alone = Instance(instance.library)
+        alone.set_parameter(k, given)
+        refused = alone.reset(instance.time) is Status.BAD_PARAMETER
+        if refused and alone.failed_parameter == check:
+            found.append(text(instance.library.model.param[k].name))
+    return found
 
 
 def origins_of(

@@ -83,6 +83,7 @@ def test_zero_for_a_divisor_is_refused_when_a_run_sets_it(compiled, case):
     assert np.isfinite(model.simulate().columns[observed]).all()
     (diagnostic,) = codes(model.simulate, parameters={"X": 0.0})
     assert diagnostic.code == "BG707" and f"`{named}` must not be zero" in diagnostic.message
+    assert diagnostic.help == "change `X`"
 
 
 @pytest.mark.parametrize("case", DIVIDING)

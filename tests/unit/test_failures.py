@@ -51,6 +51,7 @@ def instance(failed_state=0):
         failed_state=failed_state,
         failed_assertion=0,
         failed_parameter=0,
+        given={},
         failed_switch=0,
         failed_divisor=0,
         failed_jump=0,

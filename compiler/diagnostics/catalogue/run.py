@@ -173,10 +173,11 @@ def _device(names: Sequence[str]) -> str:
     return f"device `{names[0]}`" if len(names) == 1 else f"one of the devices {listed(names)}"
 
 
-def parameters_refused(message: str) -> Diagnostic:
+def parameters_refused(message: str, sources: Sequence[str] = ()) -> Diagnostic:
     """BG707: parameters without a valid model
 
-    What: a quantity computed from the parameters has an impossible value.
+    What: a quantity computed from the parameters has an impossible value. Parameters that were set
+    and give that value each alone are named.
 
     Why: a mass, a compliance or another divisor is zero or negative, or a seed or index of `random`
     is not a whole number.
@@ -185,7 +186,8 @@ def parameters_refused(message: str) -> Diagnostic:
 
     Way out: change the parameters that the message names.
     """
-    return error("BG707", message, help="change the parameters that it depends on")
+    named = ", ".join(f"`{source}`" for source in sources) or "the parameters that it depends on"
+    return error("BG707", message, help=f"change {named}")
 
 
 def no_memory() -> Diagnostic:
