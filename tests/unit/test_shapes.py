@@ -379,7 +379,8 @@ def test_all_shapes_of_the_library_are_valid():
         "SolidBox", "SolidCylinder", "SolidSphere",
         "RegularWave", "RollTank", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
         "GantryCrane", "Excavator", "ArmCell", "CraneAtSea",
-        "LoadCell", "Member", "KnuckleBoomMechanism", "Gyroscope", "Swing",
+        "LoadCell", "Member", "KnuckleBoomMechanism", "Gyroscope", "Swing", "Ur5", "Ur10", "Panda",
+        "VirtualWall",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
