@@ -131,6 +131,66 @@ def test_a_scene_starts_at_rest_moves_and_keeps_its_account(name):
         assert np.abs(rates / instance.scale).max() < 1e-6, line
 
 
+# Loads of a milligram and of a thousand times their mass, upright, stretched and singular arms.
+UPRIGHT = 1.5707963267948966
+EXTREMES = {
+    "telescopic_crane": (
+        {"load.mass": 1e-6},
+        {"load.mass": 2e6},
+        {"crane.luff.angle0": UPRIGHT},
+    ),
+    "knuckle_boom": (
+        {"load.mass": 1e-6},
+        {"load.mass": 2e6},
+        {"crane.arm.elbow.angle0": 0.0},
+        {"crane.arm.shoulder.angle0": UPRIGHT, "crane.arm.elbow.angle0": 0.0},
+    ),
+    "gantry": ({"crane.hang.mass": 0.5}, {"crane.hang.mass": 5e5}, {"crane.trolley_mass": 5.0}),
+    "ur5": (
+        {"tool_mass": 1e-6},
+        {"tool_mass": 1000.0},
+        {"q0[5]": 0.0},
+        {"q0[2]": -UPRIGHT, "q0[3]": 0.0, "q0[4]": -UPRIGHT},
+    ),
+    "panda": (
+        {"tool_mass": 1e-6},
+        {"tool_mass": 1000.0},
+        {"q0[2]": 0.0, "q0[4]": 0.0, "q0[6]": 0.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+def test_a_scene_starts_at_rest_at_its_extremes(name):
+    for values in EXTREMES[name]:
+        result = model(name).simulate(0.05, solver="rodas5p", rtol=1e-6, parameters=values)
+        still = [column for column in result if not column.startswith("energy")]
+        assert max(np.ptp(result[column], axis=0).max() for column in still) < 1e-7, values
+        residual = np.abs(result["energy.residual"]).max()
+        assert residual <= 1e-8 * result.counts["exchanged"], values
+
+
+# Scene, slot and what fills it: `use SLOT = TYPE;`, or `--use`.
+ANOTHER_PART = (
+    ("compare_cranes", "vessel", "Quay"),
+    ("compare_cranes", "vessel", "GuidedVessel"),
+    ("two_beam_crane", "vessel", "OsvSeakeeping"),
+    ("two_beam_crane", "crane.elbow.lock", "Rigid[5]"),
+    ("telescopic_crane", "vessel", "GuidedVessel"),
+    ("offshore_lift", "vessel", "SupplyAtRest"),
+    ("ur5", "arm", "Ur10"),
+)
+
+
+@pytest.mark.parametrize(("name", "slot", "part"), ANOTHER_PART)
+def test_a_scene_with_another_part_starts_at_rest(name, slot, part):
+    changed = bgc.compile(SCENES / f"{name}.bg", uses={slot: part})
+    result = changed.simulate(0.05, every=0.01, solver="rodas5p", rtol=1e-8)
+    assert result.at_rest is not None
+    still = [column for column in result if not column.startswith("energy")]
+    assert max(np.ptp(result[column], axis=0).max() for column in still) < 1e-7
+
+
 def _moved(damping, way, duration, mass, limit):
     """Where a drive of the gantry ends: trolley, hook and load at small angles, two falls."""
 
