@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import select
 import signal
 import sys
@@ -45,9 +46,16 @@ def values(parameter) -> tuple[float, ...]:
 
 
 def cases(model: Model) -> tuple[tuple[str, float], ...]:
-    """Parameters of the part itself with their values; parts inside have harnesses of their own."""
-    own = [p for p in model.parameters.values() if p.name.count(".") == 1]
-    return tuple((p.name, value) for p in own if p.name.startswith("part.") for value in values(p))
+    """Parameters of the part itself with their values; parts inside have harnesses of their own.
+
+    Of a vector or matrix they are the first and the last component.
+    """
+    components: dict[str, list] = {}
+    for parameter in model.parameters.values():
+        if parameter.name.startswith("part.") and parameter.name.count(".") == 1:
+            components.setdefault(parameter.name.split("[")[0], []).append(parameter)
+    tried = [p for found in components.values() for p in dict.fromkeys((found[0], found[-1]))]
+    return tuple((p.name, value) for p in tried for value in values(p))
 
 
 def verdict(model: Model, name: str, value: float) -> tuple[str, str]:
@@ -61,7 +69,7 @@ def verdict(model: Model, name: str, value: float) -> tuple[str, str]:
         if not code.startswith("BG"):
             return "uncoded", said
         named = plain in said
-        ended = " at t = " in said and " at t = 0 s" not in said
+        ended = re.search(r"\bat t = (?!0 s)", said)
         return ("ended" if ended else "refused" if named else "unnamed"), said
     except Exception as error:  # whatever it is, it is a fault
         return "traceback", f"{type(error).__name__}: {error}"
