@@ -9,7 +9,7 @@ of which the runtime then checks the end of the range that is nearer to zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -91,19 +91,23 @@ class Certifier:
 
     def size_in(self, node: Node, row: Iterable[Node]) -> Size | None:
         """The size of an entry as the pivot of its row; None if it may vanish."""
+        return self.size_beside(node, lambda: self.largest_in(row))
+
+    def size_beside(self, node: Node, largest: Callable[[], float]) -> Size | None:
+        """The same, from the largest entry of the row (`largest_in`), if that is needed."""
         certificate = self.certify(node)
         if certificate is None:
             return None
         if certificate.rank is Rank.UNIT:
             return Size(certificate.rank, is_small=False)
-        return Size(certificate.rank, is_small=self.share_in(node, row) < _SMALL)
-
-    def share_in(self, node: Node, row: Iterable[Node]) -> float:
-        """The ratio of an entry to the largest of its row that does not vary."""
         if self._dag.level[node] > Level.PARAM:
-            return 1.0
-        steady = (self.default(x) for x in row if self._dag.level[x] <= Level.PARAM)
-        return abs(self.default(node)) / max(map(abs, steady))
+            return Size(certificate.rank, is_small=False)
+        return Size(certificate.rank, is_small=abs(self.default(node)) / largest() < _SMALL)
+
+    def largest_in(self, row: Iterable[Node]) -> float:
+        """The absolute value of the largest entry of a row that does not vary."""
+        level = self._dag.level
+        return max(abs(self.default(x)) for x in row if level[x] <= Level.PARAM)
 
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level, with parameters at their defaults."""

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Collection
+from functools import partial
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
@@ -35,6 +36,7 @@ from bgc.causality.sequential import eliminate_in_sequence
 from bgc.causality.working_rows import FLOW_SOURCE, INERTIA, Elimination, WorkingRows
 
 _LAST = FLOW_SOURCE + 1  # added to the level for a pivot that may vanish: when nothing else is left
+_HUB = 64  # rows with a class, from which on it waits by a lower bound of its key
 _WEAK = 1e-3  # beside the largest entry of its row: a pivot below it is avoided if possible
 
 _Key: TypeAlias = tuple[int, Size, int]  # level of a class, size of its best pivot, rows with it
@@ -75,6 +77,7 @@ class _Work:
         # Rows of blocks that cannot be inverted as they are, by the level that was asked for.
         self._refused: dict[int, set[int]] = {INERTIA: set(), FLOW_SOURCE: set()}
         self._queue: list[tuple[_Key, int]] = []
+        self._largest: dict[int, float] = {}  # row -> its largest entry that does not vary
         for number in range(len(structure.classes)):
             self._enqueue(number)
 
@@ -102,7 +105,7 @@ class _Work:
         best = None
         for row in self._rows.rows_with(number):
             entries = self._rows.entries(row)
-            size = self._certifier.size_in(entries[number], entries.values())
+            size = self._certifier.size_beside(entries[number], partial(self._largest_in, row))
             if size is not None:
                 key = (size, len(entries), row)
                 best = key if best is None else min(best, key)
@@ -113,10 +116,30 @@ class _Work:
         count = len(self._rows.rows_with(number)) + self._followers[number]
         return (level, best[0], count), best[2]
 
+    def _largest_in(self, row: int) -> float:
+        """The largest steady entry of a row, which many classes may share."""
+        if row not in self._largest:
+            entries = self._rows.entries(row).values()
+            self._largest[row] = self._certifier.largest_in(entries)
+        return self._largest[row]
+
+    def _forget_changed(self) -> None:
+        for row in self._rows.changed:
+            self._largest.pop(row, None)
+
     def _enqueue(self, number: int) -> None:
         candidate = self._candidate(number)
         if candidate is not None:
             heapq.heappush(self._queue, (candidate[0], number))
+
+    def _enqueue_changed(self, number: int) -> None:
+        """Enqueue a class; one in many rows by a lower bound, whose pivot is looked for later."""
+        rows, level = len(self._rows.rows_with(number)), self._rows.levels[number]
+        if rows <= _HUB or level == FLOW_SOURCE:
+            self._enqueue(number)
+            return
+        key = (level, Size(Rank.UNIT, is_small=False), rows + self._followers[number])
+        heapq.heappush(self._queue, (key, number))
 
     def _next_pivot(self) -> tuple[int, int, int] | None:
         """The level of the best class, the class and its row; queued keys may be out of date."""
@@ -142,12 +165,13 @@ class _Work:
         """Make a class dependent by a row, and bring the queue up to date."""
         self._rows.changed.clear()
         self._rows.solve(number, row)
+        self._forget_changed()
         for refused in self._refused.values():
             refused -= self._rows.changed
         for other in self._rows.entries(row):
             if other != number:
                 self._followers[other] += 1
-                self._enqueue(other)
+                self._enqueue_changed(other)
 
     def _invert_block(self, below: int) -> bool:
         """Invert the first block that can then be solved for classes below a level."""
@@ -157,6 +181,7 @@ class _Work:
                 continue
             refused.update(block.rows)
             numbers = self._rows.invert(block, below)
+            self._forget_changed()
             if numbers is not None:
                 for number in numbers:
                     self._enqueue(number)

@@ -14,12 +14,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from heapq import heapify, heappop, heappush
+from typing import TypeAlias
 
 from bgc.algebra.matching import Matching
 from bgc.ir.lowered import Jacobian, LuPlan
 from bgc.ir.program import Program
 
+_HUB = 64  # entries of a column from which on its fill is counted only when its turn may have come
 _MAX_FOR_EXACT_FILL = 5_000  # operations of a factorisation up to which exact fill is tried
+
+_Cost: TypeAlias = Callable[[Sequence[set[int]], Sequence[set[int]], int], int | tuple[int, int]]
 
 
 def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
@@ -61,7 +65,8 @@ def plan_pattern(
     plan = _eliminate(pattern, column_of, _product_count)
     if plan.operations > _MAX_FOR_EXACT_FILL:
         return plan
-    return min(plan, _eliminate(pattern, column_of, _fill_count), key=lambda p: p.operations)
+    by_fill = _eliminate(pattern, column_of, _fill_count, _least_fill)
+    return min(plan, by_fill, key=lambda p: p.operations)
 
 
 def plan_in_order(size: int, places: Iterable[tuple[int, int]], order: Sequence[int]) -> LuPlan:
@@ -139,6 +144,15 @@ def _fill_count(
     return filled, _product_count(rows, columns, pivot)
 
 
+def _least_fill(
+    rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int
+) -> tuple[int, int]:
+    """A lower bound of `_fill_count`; it is not counted for a pivot with many neighbours."""
+    if len(columns[pivot]) <= _HUB:
+        return _fill_count(rows, columns, pivot)
+    return 0, _product_count(rows, columns, pivot)
+
+
 def _with_diagonal_pivots(
     pattern: Sequence[set[int]], column_of: Sequence[int]
 ) -> tuple[list[set[int]], list[set[int]]]:
@@ -158,10 +172,14 @@ def _with_diagonal_pivots(
 def _eliminate(
     pattern: Sequence[set[int]],
     column_of: Sequence[int],
-    cost_of: Callable[[Sequence[set[int]], Sequence[set[int]], int], int | tuple[int, int]],
+    cost_of: _Cost,
+    least_of: _Cost | None = None,
 ) -> LuPlan:
-    """Eliminate symbolically, each time the pivot with the least `cost_of`."""
-    size = len(pattern)
+    """Eliminate symbolically, each time the pivot with the least `cost_of`.
+
+    A pivot whose cost has changed waits by `least_of`, a lower bound that may take less time.
+    """
+    size, least_of = len(pattern), least_of or cost_of
     rows, columns = _with_diagonal_pivots(pattern, column_of)
     queue = [(cost_of(rows, columns, k), k) for k in range(size)]
     heapify(queue)
@@ -191,7 +209,7 @@ def _eliminate(
                 entries.add(column)
                 columns[column].add(row)
         for k in across | down:
-            heappush(queue, (cost_of(rows, columns, k), k))
+            heappush(queue, (least_of(rows, columns, k), k))
         operations += 1 + len(down) * (1 + 2 * len(across))
         order.append(pivot)
         right.append(across)

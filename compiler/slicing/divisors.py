@@ -143,6 +143,7 @@ class _Search:
     def __init__(self, program: Program) -> None:
         self._dag = program.dag
         self._seen: set[Node] = set()
+        self._plain: set[Node] = set()  # nodes that evaluate no quotient whose divisor varies
         self._searched: set[Node] = set()  # for inverses
         self._matrices: set[Node] = set()  # ends of the lists of the matrices that were found
 
@@ -193,11 +194,11 @@ class _Search:
 
     def _divides(self, node: Node) -> bool:
         """Return whether a node always evaluates a quotient whose divisor varies."""
-        dag = self._dag
+        dag, plain = self._dag, self._plain
         stack, seen = [node], {node}
         while stack:
             inner = stack.pop()
-            if dag.level[inner] != Level.PARAM:
+            if dag.level[inner] != Level.PARAM or inner in plain:
                 continue
             if any(
                 power < 0 and dag.level[n] == Level.PARAM for n, power in _powers(dag, inner, 1)
@@ -207,6 +208,7 @@ class _Search:
                 if operand not in seen:
                     seen.add(operand)
                     stack.append(operand)
+        plain |= seen
         return False
 
 

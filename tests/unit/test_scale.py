@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +12,10 @@ import pytest
 from bgc.algebra.dag import Kind, Level, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import Order, minimise, minimise_in_order
+from bgc.causality.certificates import Certifier, Size
 from bgc.driver import Stages, compile_scene
+from bgc.emission import sparse
+from bgc.emission.lower import lower
 from bgc.equations.inertias import flows as merged_flows
 from bgc.equations.variables.variables import Variables
 from bgc.ir.defaults import default_values
@@ -190,6 +193,59 @@ def test_loops_of_resistors_do_not_examine_all_ports(
         counts.append(len(examined))
     assert counts[0] >= 30
     assert counts[1] < 4.4 * counts[0]
+
+
+def star(count: int) -> str:
+    """Motors, each with a coil, that turn one twisted shaft."""
+    parts = [
+        f"s{k} : J1; v{k} : Se(e = 24 V); w{k} : I(1 H); r{k} : R(1 ohm); g{k} : GY(2 N*m/A);"
+        f" t{k} : J1; m{k} : I(3 kg*m^2); v{k} -> s{k} -> w{k}, r{k};"
+        f" s{k} -> g{k} -> t{k} -> m{k}; t{k} -> hub;"
+        for k in range(count)
+    ]
+    hub = "hub : J0; twist : C(stiffness = 1 N*m/rad); b : R(1 N*m*s/rad); hub -> twist, b;"
+    return f"model M {{ {hub} {' '.join(parts)} }}"
+
+
+def test_a_node_of_many_bonds_is_not_examined_after_each_pivot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Entries as pivots, and rows for their fill; both grew with the square of the bonds."""
+    sized, counted = [], []
+    size_beside, fill_count = Certifier.size_beside, sparse._fill_count
+
+    def size(self: Certifier, node: int, largest: Callable[[], float]) -> Size | None:
+        sized.append(node)
+        return size_beside(self, node, largest)
+
+    def fill(rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int) -> tuple[int, int]:
+        counted.extend(columns[pivot])
+        return fill_count(rows, columns, pivot)
+
+    monkeypatch.setattr(Certifier, "size_beside", size)
+    monkeypatch.setattr(sparse, "_fill_count", fill)
+    counts = []
+    for count in (80, 240):
+        sized.clear()
+        counted.clear()
+        lower(compiled(tmp_path, star(count)).optimised)
+        counts.append((len(sized), len(counted)))
+    assert min(counts[0]) >= 80
+    assert all(many < 4 * few for few, many in zip(*counts, strict=True)), counts
+
+
+def test_a_field_has_nodes_in_proportion_to_its_matrix(tmp_path: Path) -> None:
+    """Its inverse is left to the start of a run; spelled out, there were 7 times as many nodes."""
+    few, many = (
+        compiled(
+            tmp_path,
+            f"model M {{ param a = 0.5; param M = eye({n}) + a*outer(ones({n}), ones({n}));"
+            f" all : J1[{n}]; coils : I[{n}](M); loss : R[{n}](1); all -> coils, loss; }}",
+        )
+        for n in (12, 24)
+    )
+    assert len(few.optimised.states) == 12
+    assert len(many.optimised.dag) < 4.3 * len(few.optimised.dag)
 
 
 def derivatives(program: Program) -> np.ndarray:
