@@ -2,9 +2,10 @@
  *
  * Where f is a small difference of large terms, as in a fine mesh, its rounding errors enter the error
  * estimate. They do not fall with the step as the error does, and error control takes steps that are
- * far too short. At some steps the attempt is made twice, once from a state perturbed by a millionth of
- * the tolerance and some units of the last digit. The true error hardly changes, and the rounding
- * errors are independent: the difference of both estimates is their size.
+ * far too short. At some steps the attempt is made twice, once from a hundredth of the last step before
+ * its end, perturbed by a millionth of the tolerance and some units of the last digit. The true error
+ * hardly changes, and the rounding errors are independent: the difference of both estimates is their
+ * size. The digits alone would not do: beside a large term they may round away.
  */
 #include "bgc_internal.h"
 #include "rounding.h"
@@ -23,20 +24,49 @@ int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method
            (d->core.algebraic == 0 || method->family->rows != BGC_ROWS_LEFT);
 }
 
+/* Whether the last step ended at the present, and its dense output is at hand where the method needs it
+ * here: with stiff equations, a tangent leaves the solution. */
+static int follows_step(const bgc_model *m, const bgc_data *d, const bgc_method *method) {
+    const bgc_core *core = &d->core;
+
+    return core->t == core->t_end && core->t > core->t_old &&
+           memcmp(d->x, d->y1, (size_t)m->n_state * sizeof *d->x) == 0 &&
+           (!method->family->jacobian || core->dense == BGC_DENSE_READY);
+}
+
+/* Moves the state and the time back by a part of the last step. */
+static void move_back(const bgc_model *m, bgc_data *d, const bgc_method *method) {
+    bgc_core *core = &d->core;
+    const double shift = bgc_shift_of_step * (core->t_end - core->t_old);
+
+    if (method->family->jacobian) {
+        bgc_interpolate_all(m, d, core->t_end - shift, d->x);
+    } else {
+        for (int i = 0; i < m->n_state; i++) {
+            d->x[i] -= shift * d->inverse_mass[i] * d->f[i];
+        }
+    }
+    core->t -= shift;
+}
+
 /* Makes the attempt of length h from a perturbed state, and keeps its error estimate in d->noise.
  * Nothing else of the instance changes but scratch. Returns whether it succeeded. */
 int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
     const bgc_core before = d->core;
+    const int follows = follows_step(m, d, method);
     bgc_status status;
 
-    /* The Jacobian is that at the unperturbed state. */
-    if (method->family->jacobian) {
-        bgc_evaluate_jacobian(m, d);
-    }
     memcpy(d->trial, d->x, size);
     memcpy(d->change, d->f, size);
-    bgc_shift_states(m->n_state, d->trial, d->scale, before.counts.scale_reached, before.rtol,
+    if (follows) {
+        move_back(m, d, method);
+    }
+    d->core.jac_valid = 0;
+    if (method->family->jacobian) { /* before the rounding errors change */
+        bgc_evaluate_jacobian(m, d);
+    }
+    bgc_shift_states(m->n_state, d->x, d->scale, before.counts.scale_reached, before.rtol,
                      before.atol, d->x);
     d->core.f_valid = 0;
     bgc_evaluate_f(m, d);
@@ -45,6 +75,7 @@ int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method,
     memcpy(d->x, d->trial, size);
     memcpy(d->f, d->change, size);
     d->core = before;
+    d->core.jac_valid = 0;
     return status == BGC_OK;
 }
 

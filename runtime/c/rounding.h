@@ -10,12 +10,13 @@
 
 enum { BGC_ROUNDING_INTERVAL = 256 }; /* steps between two samples */
 
+static const double bgc_shift_of_step = 1e-2;
 static const double bgc_shift_of_tolerance = 1e-6;
 static const double bgc_shift_of_state = 8.0 * DBL_EPSILON;
 static const double bgc_negligible_rounding = 0.05; /* rounding, over the tolerance */
 static const double bgc_dominant_rounding = 0.5;    /* rounding, over the error estimate */
 
-/* x shifted by a part of the tolerance of each state, to `shifted`; sizes and signs follow a
+/* x shifted by a part of the tolerance of each state, to `shifted`, which may be x; sizes and signs follow a
  * low-discrepancy sequence. */
 static inline void bgc_shift_states(int n, const number *x, const number *scale, number reached,
                                     double rtol, double atol, number *shifted) {

@@ -193,3 +193,28 @@ def test_a_driven_state_that_fell_is_not() -> None:
     ensemble = model.simulate_many([{}] * 4)
     assert ensemble.together == 4
     assert not ensemble.warnings
+
+
+# --- rounding -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
+def test_rounding_beside_a_large_term_is_told_of_the_instance_that_has_it(
+    tmp_path: Path, solver: str
+) -> None:
+    """x'' = -x in all: beside 1e8, f changes in stairs, on which a shift by digits of x stays."""
+    path = tmp_path / "stairs.bg"
+    path.write_text(
+        "model Stairs { param large = 1; state x = 0.4; state v = 0; der(x) = v / 1 s;"
+        " der(v) = (large - exp(log(large + x))) / 1 s; }"
+        "scene s of Stairs { observe x; run 30 s every 10 s; }"
+    )
+    model = bgc.compile(path)
+    values, options = {"large": [1.0, 1e2, 1e8, 10.0]}, {"solver": solver, "rtol": 1e-9}
+    alone = model.simulate(parameters={"large": 1e8}, **options)
+    assert [warning.code for warning in alone.warnings] == ["BG731"]
+    assert not model.simulate(parameters={"large": 1.0}, **options).warnings
+    ensemble = model.simulate_many(values, **options)
+    assert ensemble.together == 4
+    (warning,) = ensemble.warnings
+    assert (warning.code, warning.note) == ("BG731", "in instance 2, with `large` = 1e+08")

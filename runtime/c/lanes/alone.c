@@ -227,6 +227,7 @@ void bgc_batch_step_alone(bgc_batch *b) {
 /* Copies their results to the lanes, which go on with the batch. */
 void bgc_batch_rejoin(bgc_batch *b) {
     b->written = b->single & b->active;
+    b->apart = b->written != 0;
     for (int l = 0; b->written != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->written, l)) {
             const bgc_data *d = b->instance[l];

@@ -35,6 +35,7 @@ typedef struct {
     unsigned active;         /* still in the batch */
     unsigned single;         /* take the present step by themselves (alone.c), */
     unsigned written;        /* and have their rows up to t */
+    int apart;               /* a lane took the last step by itself */
     bgc_counts counts;
 
     double t, t_old;

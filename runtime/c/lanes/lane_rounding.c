@@ -3,6 +3,8 @@
 #include "lanes/batch.h"
 #include "rounding.h"
 
+#include <string.h>
+
 /* Whether the next attempt is a sample. */
 int bgc_batch_samples_rounding(const bgc_batch *b) {
     return b->counts.steps > 0 && b->counts.steps % BGC_ROUNDING_INTERVAL == 0 && !b->rejected &&
@@ -25,18 +27,38 @@ static void exchange_states(bgc_batch *b) {
     swap(&b->error, &b->noise);
 }
 
+/* The state at a part of the last step before its end, to b->shifted; returns that time. Where an instance
+ * took that step by itself, the state and the time of the present. */
+static double find_shifted(bgc_batch *b) {
+    const int n = b->m->n_state;
+    const double shift = b->apart ? 0.0 : bgc_shift_of_step * (b->t - b->t_old);
+
+    if (shift == 0.0) {
+        memcpy(b->shifted, b->x, (size_t)n * sizeof *b->x);
+    } else if (b->method->family->jacobian) { /* with stiff equations, a tangent leaves the solution */
+        bgc_batch_interpolate(b, b->t - shift);
+        memcpy(b->shifted, b->point, (size_t)n * sizeof *b->x);
+    } else {
+        for (int i = 0; i < n; i++) {
+            b->shifted[i] = b->x[i] - shift * b->inverse_mass[i] * b->f[i];
+        }
+    }
+    return b->t - shift;
+}
+
 /* Makes the attempt of length h from a perturbed state, and keeps its error estimate in b->noise. Nothing
  * else of the batch changes but scratch. */
 void bgc_batch_try_perturbed(bgc_batch *b, double h) {
     const bgc_batch before = *b;
 
-    bgc_shift_states(b->m->n_state, b->x, b->scale, b->scale_reached, b->option->rtol,
-                     b->option->atol, b->shifted);
-    if (b->method->family->jacobian) { /* that at the unperturbed state */
+    b->t = find_shifted(b);
+    exchange_states(b);
+    if (b->method->family->jacobian) { /* before the rounding errors change */
         bgc_batch_factorise(b, h);
         b->held = 1;
     }
-    exchange_states(b);
+    bgc_shift_states(b->m->n_state, b->x, b->scale, b->scale_reached, b->option->rtol,
+                     b->option->atol, b->x);
     b->f_valid = 0;
     bgc_batch_evaluate_f(b);
     bgc_batch_advance(b, h);
