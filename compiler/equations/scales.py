@@ -71,8 +71,11 @@ def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:
     """The inertia against one flow while the element's others are free; None if it varies."""
     own = _diagonal(dag, element, position, capacity=True)
     free = _diagonal(dag, element, position, capacity=False)
+    if own is not None:
+        own = _magnitude(dag, own)
     if own is None or free is None:
         return own
+    free = _magnitude(dag, free)
     size = own if _is_alone(dag, element, position) else dag.div(dag.one, free)
     law = element.storage.law
     given = isinstance(law, LinearLaw) and law.form is Form.MOMENTUM
@@ -85,6 +88,12 @@ def _is_alone(dag: Dag, element: StorageElement, position: int) -> bool:
     """Return whether no other momentum of the element moves the flow of this one."""
     row = (element.law.capacity or ())[position]
     return all(entry == dag.zero for k, entry in enumerate(row) if k != position)
+
+
+def _magnitude(dag: Dag, size: Node) -> Node:
+    """The magnitude of a known stiffness or inertia, which may be negative; others as they are."""
+    value = dag.value(size)
+    return dag.const(-value) if value is not None and value < 0 else size
 
 
 def _diagonal(dag: Dag, element: StorageElement, position: int, *, capacity: bool) -> Node | None:
@@ -106,6 +115,7 @@ def _of_compliance(
     stiffness = _diagonal(dag, element, position, capacity=False)
     if stiffness is None:
         return dag.one
+    stiffness = _magnitude(dag, stiffness)
     beside = [inertia[k] for k in port.flow if k in inertia]
     if not beside:
         scale = dag.div(dag.one, stiffness)

@@ -17,6 +17,7 @@ from bgc.algebra.operation import Operation
 from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.values import vectors
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar, unify
@@ -59,11 +60,17 @@ class Builtin:
     jumps: bool = False
 
 
+_OF_SOME = frozenset({"sum", "max", "min"})  # a vector of no components has none of these
+
+
 def call(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     """Apply the function of that name, which must be one of `BUILTINS` with an `apply`."""
     builtin = BUILTINS[name]
     assert builtin.apply is not None, name
     require_count(name, len(arguments), span)
+    for argument in arguments if name in _OF_SOME else ():
+        if not argument.value.nodes:
+            raise failure(empty_vector(argument.span))
     return builtin.apply(dag, name, arguments, span)
 
 
