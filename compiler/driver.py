@@ -97,6 +97,7 @@ class Stages:
     sliced: Program
     optimised: Program
     lowered: Lowered
+    source_hash: str
     emitted: EmittedModel
     built: Built
     warnings: tuple[Diagnostic, ...]
@@ -216,10 +217,11 @@ def _stages(
     if options.strict and any(w.severity is Severity.WARNING for w in warnings):
         raise BgError([as_error(warning) for warning in warnings])
     lowered = lower(optimised)
-    yield "lower", {"lowered": lowered}
-
     texts = [source.text for source in package.sources]
-    emitted = emit_lowered(lowered, digest_of([*texts, *(file.digest for file in graph.data)]))
+    source_hash = digest_of([*texts, *(file.digest for file in graph.data)])
+    yield "lower", {"lowered": lowered, "source_hash": source_hash}
+
+    emitted = emit_lowered(lowered, source_hash)
     yield "emit", {"emitted": emitted}
 
     facts = run_facts(

@@ -197,17 +197,22 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
+    """The same as `amalgamate_lowered`, of a model that has been printed in units too."""
+    return amalgamate_lowered(emitted.lowered, emitted.source_hash, runtime_dir)
+
+
+def amalgamate_lowered(lowered: Lowered, source_hash: str, runtime_dir: Path) -> str:
     """Print the model and the runtime as one C11 file that requires only libm.
 
     Factors in blocks of rows, which take the C compiler a second, are left out where the model has
     none.
     """
-    parts = EVERY_PART if emitted.lowered.blocks is not None else EVERY_PART - {"blocks"}
-    own = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
+    parts = EVERY_PART if lowered.blocks is not None else EVERY_PART - {"blocks"}
+    own = emit_lowered(lowered, source_hash, split=False).units
     sources = needed_sources(runtime_dir, parts)
     texts = [(f"{unit.name}.c", unit.text) for unit in own]
     texts += [(f"{name}.c", path.read_text("utf-8")) for name, path in sources.items()]
-    return _HOW_TO_USE.format(name=emitted.name) + joined(texts, runtime_dir)
+    return _HOW_TO_USE.format(name=lowered.program.scene.name) + joined(texts, runtime_dir)
 
 
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:

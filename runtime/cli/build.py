@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from time import perf_counter
 
 import click
 
@@ -236,18 +237,20 @@ def _c_file(
     from bgc.building.build import runtime_directory
     from bgc.driver import compile_scene
     from bgc.emission.amalgamate import public_header
-    from bgc.emission.emit import amalgamate
+    from bgc.emission.emit import amalgamate_lowered
     from bgc.emission.prefix import prefix_problem, with_prefix
 
-    stages = compile_scene(file, options, until="emit")
-    text = amalgamate(stages.emitted, runtime_directory())
+    stages = compile_scene(file, options, until="lower")
+    begin = perf_counter()
+    text = amalgamate_lowered(stages.lowered, stages.source_hash, runtime_directory())
+    seconds = {**stages.seconds, "emit": perf_counter() - begin}
     header = public_header(runtime_directory())
     if prefix is not None:
         if problem := prefix_problem(prefix, text):
             raise click.UsageError(f"--prefix {prefix}: {problem}")
         text, header = with_prefix(text, prefix), with_prefix(header, prefix)
     print_diagnostics(stages.warnings)
-    return text.encode(), header.encode(), stages.seconds
+    return text.encode(), header.encode(), seconds
 
 
 def _live_page(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
