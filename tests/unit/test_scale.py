@@ -133,7 +133,8 @@ def test_operations_of_rigid_joints_grow_in_proportion(tmp_path: Path) -> None:
 
 def test_operations_of_skew_and_mixed_joints_grow_in_proportion(tmp_path: Path) -> None:
     """Ratios of 3.8 and 4.7 show a row for each pair of bodies."""
-    for make in (partial(joints, axes=SKEW, base="Ground"), mixed_joints):
+    makes: list[Callable[[int], str]] = [partial(joints, axes=SKEW, base="Ground"), mixed_joints]
+    for make in makes:
         few, many = (operations(compiled(tmp_path, make(n)).optimised) for n in (7, 14))
         assert many / few < 2.8
 
