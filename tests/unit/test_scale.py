@@ -236,7 +236,7 @@ def test_a_node_of_many_bonds_is_not_examined_after_each_pivot(
 
 
 def test_a_field_has_nodes_in_proportion_to_its_matrix(tmp_path: Path) -> None:
-    """Its inverse is left to the start of a run; spelled out, there were 7 times as many nodes."""
+    """Its inverse is left to the start of a run; spelled out, the nodes grew 6.1 times."""
     few, many = (
         compiled(
             tmp_path,
