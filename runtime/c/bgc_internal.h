@@ -152,7 +152,10 @@ void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 /* --- spectrum.c */
 typedef enum { BGC_ESTIMATING, BGC_ESTIMATED } bgc_estimate;
 
-void bgc_reset_radius(bgc_data *d);
+void bgc_reset_radius(bgc_spectrum *s);
+double bgc_begin_estimate(bgc_spectrum *s);
+bgc_estimate bgc_finish_estimate(bgc_spectrum *s, double radius);
+bgc_estimate bgc_enter_product(bgc_spectrum *s, double newest, double change, double enough);
 bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_data *d, double enough);
 double bgc_estimate_radius(const bgc_model *m, bgc_data *d, double enough);
 
@@ -160,8 +163,9 @@ double bgc_estimate_radius(const bgc_model *m, bgc_data *d, double enough);
 const bgc_method *bgc_present_method(const bgc_core *core);
 void bgc_reset_choice(const bgc_model *m, bgc_data *d);
 void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h);
-void bgc_count_rejection(bgc_core *core);
-void bgc_change_method(bgc_core *core, double t, double cost, int is_trial);
+void bgc_count_rejection(const bgc_model *m, bgc_data *d);
+void bgc_begin_choice(const bgc_model *m, int method, bgc_choice *choice, bgc_spectrum *spectrum);
+void bgc_change_method(bgc_choice *choice, bgc_counts *counts, double t, double cost, int is_trial);
 
 /* --- switching_fixed.c */
 void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d);

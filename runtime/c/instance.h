@@ -74,6 +74,14 @@ typedef struct {
     double stored; /* at the end of the step, absolute */
 } bgc_balance;
 
+/* Estimates of the spectral radius of M^-1 df/dx along a run: spectrum.c. */
+typedef struct {
+    double radius;        /* the last one; INFINITY: none */
+    double newest;        /* that of the estimate under way, */
+    int products, agreed; /* its products, and how many in a row changed it little */
+    int estimates;        /* complete ones */
+} bgc_spectrum;
+
 /* The choice between the method of a run and its explicit partner: switching.c. */
 typedef struct {
     int partner;     /* place in bgc_methods; -1: none */
@@ -167,10 +175,7 @@ typedef struct {
     long complex_factorisations;
 
     double spectral_bound;  /* see stiffness.c */
-    double spectral_radius; /* the last estimate of spectrum.c; INFINITY: none */
-    double newest;          /* that of the estimate under way, */
-    int products, agreed;   /* its products, and how many in a row changed it little */
-    int estimates;          /* complete ones */
+    bgc_spectrum spectrum;
     bgc_choice choice;
 
     /* Step control. */

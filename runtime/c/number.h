@@ -20,6 +20,7 @@ static inline number number_select(number_mask m, number a, number b) {
 static inline number number_fabs(number a) { return lane_fabs(a); }
 static inline number number_floor(number a) { return lane_floor(a); }
 static inline number number_ceil(number a) { return lane_ceil(a); }
+static inline number number_sqrt(number a) { return lane_sqrt(a); }
 
 #else
 
@@ -33,6 +34,7 @@ static inline number number_select(number_mask m, number a, number b) { return m
 static inline number number_fabs(number a) { return fabs(a); }
 static inline number number_floor(number a) { return floor(a); }
 static inline number number_ceil(number a) { return ceil(a); }
+static inline number number_sqrt(number a) { return sqrt(a); }
 
 #endif
 

@@ -231,12 +231,12 @@ static double limit_step(const bgc_core *core, double *t_new) {
 }
 
 /* Rejects the attempt: the next one has the length h. */
-static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
+static bgc_status reject(const bgc_model *m, bgc_data *d, bgc_status reason, double h) {
     d->core.counts.rejected++;
     d->core.rejected++;
     d->core.reason = reason;
     d->core.h_next = h;
-    bgc_count_rejection(&d->core);
+    bgc_count_rejection(m, d);
     return BGC_OK;
 }
 
@@ -369,40 +369,40 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     sampled = bgc_samples_rounding(m, d, method) && bgc_try_perturbed(m, d, method, h);
     status = advance_or_leave(m, d, method, h);
     if (status != BGC_OK) {
-        return reject(d, status, 0.25 * h);
+        return reject(m, d, status, 0.25 * h);
     }
     error = bgc_norm(m, d, d->error, d->x, d->next);
     if (!isfinite(error)) {
         core->failed_state = bgc_first_bad(m->n_state, d->error);
-        return reject(d, BGC_NOT_FINITE, 0.25 * h);
+        return reject(m, d, BGC_NOT_FINITE, 0.25 * h);
     }
     if (sampled) {
         bgc_judge_rounding(m, d, error);
     }
     if (error > 1.0) {
         core->failed_state = worst_state(m, d, d->error);
-        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+        return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 
     /* Its end: algebraic equations and events; then the dense output. */
     status = complete(m, d, method, &t_new);
     if (core->too_coarse) {
-        return reject(d, core->passes_singular ? BGC_SINGULAR_CHAIN : BGC_STEP_TOO_SMALL, 0.5 * h);
+        return reject(m, d, core->passes_singular ? BGC_SINGULAR_CHAIN : BGC_STEP_TOO_SMALL, 0.5 * h);
     }
     if (status != BGC_OK) {
-        return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
+        return reject(m, d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
     if (m->n_watch > 0) {
         shorter = bgc_before_hidden(m, d, t_new);
         if (shorter < h) {
             core->hidden++;
-            return reject(d, BGC_STEP_TOO_SMALL, shorter);
+            return reject(m, d, BGC_STEP_TOO_SMALL, shorter);
         }
     }
     error = fmax(error, dense_error(m, d, method));
     if (error > 1.0) {
         core->failed_state = worst_state(m, d, d->right);
-        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+        return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 
     /* The error of the energy accounts. */
@@ -413,7 +413,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
                                               core->energy_scale, core->rtol));
         if (error > 1.0 && core->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS) {
             core->account_rejections++;
-            return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+            return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
         }
         core->account_rejections = 0;
         error = fmax(error, drift_error(core, &balance, q, error));
@@ -424,7 +424,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (status != BGC_OK) {
         const double rest = core->failed_time - core->t;
         return rest > short_of_pole * fmax(fabs(core->t), core->failed_time - core->origin)
-                   ? reject(d, status, 0.98 * rest)
+                   ? reject(m, d, status, 0.98 * rest)
                    : status;
     }
 

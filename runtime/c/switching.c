@@ -8,8 +8,12 @@
  * for long where its steps no longer resolve all modes, or are short for stability alone: it estimates the
  * dominant eigenvalue from its last two stages, which are at the same time.
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
+ *
+ * A batch of instances, which take their steps together, chooses likewise (lanes/lane_switching.c): by the
+ * largest radius and product of its instances, for the stiffest one determines its steps.
  */
 #include "bgc_internal.h"
+#include "switching.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,41 +36,50 @@ static const double cheaper = 0.9;     /* cost of a second over that before, abo
 static const double error_constant = 4e3, margin = 1.25; /* of longest_resolved */
 
 const bgc_method *bgc_present_method(const bgc_core *core) {
-    return &bgc_methods[core->choice.is_explicit ? core->choice.partner : core->method];
+    return bgc_chosen(&core->choice, core->method);
 }
 
-/* At the start of a run: the implicit method. */
-void bgc_reset_choice(const bgc_model *m, bgc_data *d) {
-    bgc_core *core = &d->core;
-    const char *partner = bgc_methods[core->method].partner;
+/* No choice yet: the implicit method. It has a partner only where this may pay. */
+void bgc_begin_choice(const bgc_model *m, int method, bgc_choice *choice, bgc_spectrum *spectrum) {
+    const char *partner = bgc_methods[method].partner;
 
-    core->choice = (bgc_choice){.partner = -1};
-    bgc_reset_radius(d);
+    *choice = (bgc_choice){.partner = -1};
+    bgc_reset_radius(spectrum);
     for (int k = 0; partner != NULL && m->explicit_cost > 0.0 && k < bgc_method_count; k++) {
         if (strcmp(bgc_methods[k].name, partner) == 0) {
-            core->choice.partner = k;
+            choice->partner = k;
         }
     }
 }
 
-/* The largest step that the options and samples permit, at most h. */
-static double permitted(const bgc_core *core, double h) {
-    const double most = core->max_step > 0.0 ? fmin(h, core->max_step) : h;
-
-    return core->period > 0.0 ? fmin(most, core->period) : most;
+/* At the start of a run. */
+void bgc_reset_choice(const bgc_model *m, bgc_data *d) {
+    bgc_begin_choice(m, d->core.method, &d->core.choice, &d->core.spectrum);
 }
 
-/* Changes to the other method at t. A second has cost as many implicit steps as `cost`. */
-void bgc_change_method(bgc_core *core, double t, double cost, int is_trial) {
-    bgc_choice *choice = &core->choice;
+/* The largest step that the options and samples permit, at most h. */
+static double permitted(const bgc_core *option, double h) {
+    const double most = option->max_step > 0.0 ? fmin(h, option->max_step) : h;
 
+    return option->period > 0.0 ? fmin(most, option->period) : most;
+}
+
+/* The next step that they permit. */
+static double permitted_next(const bgc_chooser *of) { return permitted(of->option, *of->h_next); }
+
+/* Changes to the other method at t. A second has cost as many implicit steps as `cost`. */
+void bgc_change_method(bgc_choice *choice, bgc_counts *counts, double t, double cost, int is_trial) {
     choice->is_explicit = !choice->is_explicit;
     choice->is_trial = is_trial;
     choice->attempts = choice->unexcited = choice->limited = choice->look = 0;
     choice->since = t;
     choice->cost = cost;
-    core->error_old = 1.0;
-    core->counts.method_changes++;
+    counts->method_changes++;
+}
+
+static void change_method(const bgc_chooser *of, double t, double cost, int is_trial) {
+    bgc_change_method(of->choice, of->counts, t, cost, is_trial);
+    *of->error_old = 1.0;
 }
 
 /* After a trial, or a return without one: longer before the next. */
@@ -76,16 +89,158 @@ static void wait_longer(bgc_choice *choice) {
     choice->wait = twice < LONGEST_WAIT ? twice : LONGEST_WAIT;
 }
 
+/* The longest step of the partner, times the dominant eigenvalue, under which error control resolves an
+ * oscillation of that frequency whose amplitude is the scale of its states. Where steps are longer, the
+ * dominant modes are not excited, and an implicit method need not resolve them. At most the stable one. */
+static double longest_resolved(const bgc_core *option) {
+    return fmin(margin * pow(error_constant * option->rtol, 1.0 / 6.0), oscillating);
+}
+
+/* The largest spectral radius under which wanted steps of the partner resolve all modes. Where samples limit
+ * them, stable ones are enough. */
+static double resolved_radius(const bgc_core *option, double wanted) {
+    const double length = permitted(option, wanted);
+
+    return (length < wanted ? stable : longest_resolved(option)) / length;
+}
+
+/* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
+ * pause. */
+static int is_slow(const bgc_chooser *of, double most) {
+    bgc_choice *choice = of->choice;
+    const int slow = of->estimate(of->run, most) <= most;
+    const int twice = choice->pause == 0 ? FIRST_PAUSE : 2 * choice->pause;
+
+    choice->pause = slow ? FIRST_PAUSE : twice < LONGEST_PAUSE ? twice : LONGEST_PAUSE;
+    choice->look = choice->attempts + choice->pause;
+    return slow;
+}
+
+/* Whether steps of the partner are likely to cost less, after an implicit step of length h. */
+static int partner_pays(const bgc_chooser *of, double h) {
+    const double wanted = shorter * *of->h_next;
+
+    return of->counts->steps > 0 && permitted_next(of) <= steady * h &&
+           of->explicit_cost * permitted_next(of) < likely * permitted(of->option, wanted) &&
+           of->choice->attempts >= of->choice->look && is_slow(of, resolved_radius(of->option, wanted));
+}
+
+/* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now and then. */
+static int resolves(const bgc_chooser *of, double wanted) {
+    const double most = lasting * resolved_radius(of->option, wanted);
+
+    return of->choice->attempts >= of->choice->look ? is_slow(of, most)
+                                                    : of->spectrum->radius <= most;
+}
+
+/* Judges a trial of the partner by the mean length of its steps. */
+static void judge_partner(const bgc_chooser *of, double t) {
+    bgc_choice *choice = of->choice;
+    const double cost = of->explicit_cost * (double)choice->attempts / (t - choice->since);
+    const double before = choice->cost;
+
+    if (choice->attempts >= EXPLICIT_TRIAL) {
+        choice->is_trial = 0;
+        wait_longer(choice);
+
+        /* The implicit method goes on with about the steps it had. */
+        if (cost > cheaper * before || 2 * choice->unexcited > EXPLICIT_TRIAL) {
+            change_method(of, t, cost, 0);
+            *of->h_next = fmax(*of->h_next, fmin(1.0 / before, 2.0 * *of->h_next));
+        }
+    }
+}
+
+/* Judges a trial of the implicit method after a step of length h: by the next one, for it begins with those
+ * of the partner. Where it returns, then with the step before the trial. */
+static void judge_implicit(const bgc_chooser *of, double t, double h) {
+    bgc_choice *choice = of->choice;
+    const double cost = 1.0 / permitted_next(of), before = choice->cost;
+    const int grows = *of->h_next > growing * h && choice->attempts < LONGEST_RAMP;
+
+    if (choice->attempts >= IMPLICIT_TRIAL && (cost <= cheaper * before || !grows)) {
+        choice->is_trial = 0;
+        wait_longer(choice);
+        if (cost > cheaper * before) {
+            change_method(of, t, cost, 0);
+            *of->h_next = fmin(*of->h_next, of->explicit_cost / before);
+        }
+    }
+}
+
+/* From the partner back after many steps that are short for stability alone, or do not resolve all modes;
+ * for a trial now and then. */
+static void leave_partner(const bgc_chooser *of, double t) {
+    bgc_choice *choice = of->choice;
+    const double cost = of->explicit_cost / permitted_next(of);
+
+    if (choice->unexcited >= LONG_UNEXCITED || choice->limited >= LONG_LIMITED) {
+        if (choice->attempts < FIRST_WAIT) {
+            wait_longer(choice);
+        }
+        change_method(of, t, cost, 0);
+    } else if (!choice->is_trial && choice->attempts >= choice->wait) {
+        change_method(of, t, cost, 1);
+    }
+}
+
+/* The number of steps for which something holds, less twice that of those for which it does not. */
+static int count_leakily(int before, int holds) {
+    return holds ? before + 1 : before > 2 ? before - 2 : 0;
+}
+
+/* After an accepted step of length h to t, by which *of->h_next is the next one: the method that takes it.
+ * There is a partner. */
+void bgc_choose(const bgc_chooser *of, double t, double h) {
+    bgc_choice *choice = of->choice;
+
+    choice->attempts++;
+    of->counts->explicit_steps += choice->is_explicit;
+
+    if (choice->is_explicit) {
+        const double product = of->find_product(of->run);
+        choice->unexcited = count_leakily(choice->unexcited, product > longest_resolved(of->option));
+        choice->limited = resolves(of, *of->h_next) ? 0 : choice->limited + 1;
+        if (choice->is_trial) {
+            judge_partner(of, t);
+        }
+        if (choice->is_explicit) {
+            leave_partner(of, t);
+        }
+    } else if (choice->is_trial) {
+        judge_implicit(of, t, h);
+    } else if (choice->attempts >= choice->wait && partner_pays(of, h)) {
+        change_method(of, t, 1.0 / permitted_next(of), 1);
+        *of->h_next *= shorter;
+    }
+}
+
+/* After a rejected attempt at t, the present number `rejected` in a row. */
+void bgc_enter_rejection(const bgc_chooser *of, double t, int rejected) {
+    of->choice->attempts++;
+    if (of->choice->is_explicit && rejected >= MOST_REJECTIONS) {
+        wait_longer(of->choice);
+        change_method(of, t, 0.0, 0);
+    }
+}
+
+/* --- one instance -------------------------------------------------------------------------- */
+
+typedef struct {
+    const bgc_model *m;
+    bgc_data *d;
+} bgc_single;
+
 /* Step times the dominant eigenvalue: |M^-1 (f - f')| h / |y - y'| of the last two stages. */
-static double step_times_eigenvalue(const bgc_model *m, bgc_data *d, const bgc_method *method) {
-    const bgc_tableau *tableau = method->tableau;
+static double step_times_eigenvalue(void *run) {
+    const bgc_model *m = ((const bgc_single *)run)->m;
+    bgc_data *d = ((const bgc_single *)run)->d;
+    const bgc_tableau *tableau = bgc_present_method(&d->core)->tableau;
     const int n = m->n_state, last = tableau->stages - 1;
     const double *u = d->stages + (size_t)last * bgc_padded(n), *before = u - bgc_padded(n);
-    double weight[BGC_MAX_STAGES] = {0.0}, distance;
+    double weight[BGC_MAX_STAGES], distance;
 
-    for (int j = 0; j < last; j++) {
-        weight[j] = tableau->a[last][j] - tableau->a[last - 1][j];
-    }
+    bgc_weigh_distance(tableau, weight);
     memset(d->point, 0, (size_t)n * sizeof *d->point);
     bgc_combine(n, last, weight, d->stages, d->point);
     for (int i = 0; i < n; i++) {
@@ -95,144 +250,43 @@ static double step_times_eigenvalue(const bgc_model *m, bgc_data *d, const bgc_m
     return distance > 0.0 ? bgc_norm(m, d, d->right, d->x, d->next) / distance : 0.0;
 }
 
-/* The longest step of the partner, times the dominant eigenvalue, under which error control resolves an
- * oscillation of that frequency whose amplitude is the scale of its states. Where steps are longer, the
- * dominant modes are not excited, and an implicit method need not resolve them. At most the stable one. */
-static double longest_resolved(const bgc_core *core) {
-    return fmin(margin * pow(error_constant * core->rtol, 1.0 / 6.0), oscillating);
+static double estimate_radius(void *run, double enough) {
+    const bgc_single *single = run;
+
+    return bgc_estimate_radius(single->m, single->d, enough);
 }
 
-/* The largest spectral radius under which wanted steps of the partner resolve all modes. Where samples limit
- * them, stable ones are enough. */
-static double resolved_radius(const bgc_core *core, double wanted) {
-    const double length = permitted(core, wanted);
+static bgc_chooser chooser_of(bgc_single *single) {
+    bgc_core *core = &single->d->core;
 
-    return (length < wanted ? stable : longest_resolved(core)) / length;
-}
-
-/* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
- * pause. */
-static int is_slow(const bgc_model *m, bgc_data *d, double most) {
-    bgc_choice *choice = &d->core.choice;
-    const int slow = bgc_estimate_radius(m, d, most) <= most;
-    const int twice = choice->pause == 0 ? FIRST_PAUSE : 2 * choice->pause;
-
-    choice->pause = slow ? FIRST_PAUSE : twice < LONGEST_PAUSE ? twice : LONGEST_PAUSE;
-    choice->look = choice->attempts + choice->pause;
-    return slow;
-}
-
-/* Whether steps of the partner are likely to cost less, after an implicit step of length h. */
-static int partner_pays(const bgc_model *m, bgc_data *d, double h) {
-    const bgc_core *core = &d->core;
-    const double wanted = shorter * core->h_next;
-
-    return core->counts.steps > 0 && permitted(core, core->h_next) <= steady * h &&
-           m->explicit_cost * permitted(core, core->h_next) < likely * permitted(core, wanted) &&
-           core->choice.attempts >= core->choice.look &&
-           is_slow(m, d, resolved_radius(core, wanted));
-}
-
-/* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now and then. */
-static int resolves(const bgc_model *m, bgc_data *d, double wanted) {
-    const double most = lasting * resolved_radius(&d->core, wanted);
-
-    return d->core.choice.attempts >= d->core.choice.look ? is_slow(m, d, most)
-                                                          : d->core.spectral_radius <= most;
-}
-
-/* Judges a trial of the partner by the mean length of its steps. */
-static void judge_partner(const bgc_model *m, bgc_core *core, double t) {
-    bgc_choice *choice = &core->choice;
-    const double cost = m->explicit_cost * (double)choice->attempts / (t - choice->since);
-    const double before = choice->cost;
-
-    if (choice->attempts >= EXPLICIT_TRIAL) {
-        choice->is_trial = 0;
-        wait_longer(choice);
-
-        /* The implicit method goes on with about the steps it had. */
-        if (cost > cheaper * before || 2 * choice->unexcited > EXPLICIT_TRIAL) {
-            bgc_change_method(core, t, cost, 0);
-            core->h_next = fmax(core->h_next, fmin(1.0 / before, 2.0 * core->h_next));
-        }
-    }
-}
-
-/* Judges a trial of the implicit method after a step of length h: by the next one, for it begins with those
- * of the partner. Where it returns, then with the step before the trial. */
-static void judge_implicit(const bgc_model *m, bgc_core *core, double t, double h) {
-    bgc_choice *choice = &core->choice;
-    const double cost = 1.0 / permitted(core, core->h_next), before = choice->cost;
-    const int grows = core->h_next > growing * h && choice->attempts < LONGEST_RAMP;
-
-    if (choice->attempts >= IMPLICIT_TRIAL && (cost <= cheaper * before || !grows)) {
-        choice->is_trial = 0;
-        wait_longer(choice);
-        if (cost > cheaper * before) {
-            bgc_change_method(core, t, cost, 0);
-            core->h_next = fmin(core->h_next, m->explicit_cost / before);
-        }
-    }
-}
-
-/* From the partner back after many steps that are short for stability alone, or do not resolve all modes;
- * for a trial now and then. */
-static void leave_partner(const bgc_model *m, bgc_core *core, double t) {
-    bgc_choice *choice = &core->choice;
-    const double cost = m->explicit_cost / permitted(core, core->h_next);
-
-    if (choice->unexcited >= LONG_UNEXCITED || choice->limited >= LONG_LIMITED) {
-        if (choice->attempts < FIRST_WAIT) {
-            wait_longer(choice);
-        }
-        bgc_change_method(core, t, cost, 0);
-    } else if (!choice->is_trial && choice->attempts >= choice->wait) {
-        bgc_change_method(core, t, cost, 1);
-    }
-}
-
-/* The number of steps for which something holds, less twice that of those for which it does not. */
-static int count_leakily(int before, int holds) {
-    return holds ? before + 1 : before > 2 ? before - 2 : 0;
+    return (bgc_chooser){
+        .option = core,
+        .explicit_cost = single->m->explicit_cost,
+        .choice = &core->choice,
+        .counts = &core->counts,
+        .spectrum = &core->spectrum,
+        .h_next = &core->h_next,
+        .error_old = &core->error_old,
+        .find_product = step_times_eigenvalue,
+        .estimate = estimate_radius,
+        .run = single,
+    };
 }
 
 /* After an accepted step of length h to d->next at t, before that becomes the present. */
 void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
-    bgc_core *core = &d->core;
-    bgc_choice *choice = &core->choice;
+    bgc_single single = {m, d};
 
-    if (choice->partner < 0 || core->algebraic > 0) {
-        return;
-    }
-    choice->attempts++;
-    core->counts.explicit_steps += choice->is_explicit;
-
-    if (choice->is_explicit) {
-        const double product = step_times_eigenvalue(m, d, bgc_present_method(core));
-        choice->unexcited = count_leakily(choice->unexcited, product > longest_resolved(core));
-        choice->limited = resolves(m, d, core->h_next) ? 0 : choice->limited + 1;
-        if (choice->is_trial) {
-            judge_partner(m, core, t);
-        }
-        if (choice->is_explicit) {
-            leave_partner(m, core, t);
-        }
-    } else if (choice->is_trial) {
-        judge_implicit(m, core, t, h);
-    } else if (choice->attempts >= choice->wait && partner_pays(m, d, h)) {
-        bgc_change_method(core, t, 1.0 / permitted(core, core->h_next), 1);
-        core->h_next *= shorter;
+    if (d->core.choice.partner >= 0 && d->core.algebraic == 0) {
+        const bgc_chooser of = chooser_of(&single);
+        bgc_choose(&of, t, h);
     }
 }
 
 /* After a rejected attempt, the present number core->rejected in a row. */
-void bgc_count_rejection(bgc_core *core) {
-    bgc_choice *choice = &core->choice;
+void bgc_count_rejection(const bgc_model *m, bgc_data *d) {
+    bgc_single single = {m, d};
+    const bgc_chooser of = chooser_of(&single);
 
-    choice->attempts++;
-    if (choice->is_explicit && core->rejected >= MOST_REJECTIONS) {
-        wait_longer(choice);
-        bgc_change_method(core, core->t, 0.0, 0);
-    }
+    bgc_enter_rejection(&of, d->core.t, d->core.rejected);
 }

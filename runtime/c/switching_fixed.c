@@ -37,7 +37,7 @@ static double fixed_step_times_eigenvalue(const bgc_model *m, const bgc_data *d)
 }
 
 static void change_fixed_method(bgc_core *core) {
-    bgc_change_method(core, core->t, 0.0, 0);
+    bgc_change_method(&core->choice, &core->counts, core->t, 0.0, 0);
     core->choice.usual = -1.0;
     core->held = 0;
 }
@@ -49,7 +49,7 @@ int bgc_return_from_partner(bgc_core *core) {
     }
     change_fixed_method(core);
     core->choice.look = core->choice.pause = LONG_PAUSE;
-    core->products = 0;
+    core->spectrum.products = 0;
     return 1;
 }
 
@@ -90,10 +90,10 @@ void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d) {
 
     /* One product. */
     if (bgc_continue_estimate(m, d, most) == BGC_ESTIMATING) {
-        choice->look = choice->attempts + (core->estimates > 0 ? BETWEEN_PRODUCTS : 1);
+        choice->look = choice->attempts + (core->spectrum.estimates > 0 ? BETWEEN_PRODUCTS : 1);
         return;
     }
-    if ((core->spectral_radius <= most) != choice->is_explicit) {
+    if ((core->spectrum.radius <= most) != choice->is_explicit) {
         change_fixed_method(core);
     }
     if (choice->is_explicit) {
