@@ -175,6 +175,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->dense = BGC_NO_DENSE;
     bgc_begin_sample(core);
     bgc_batch_give_stage(b, l, d);
+    bgc_batch_give_method(b, d);
     core->h_next = b->t - b->t_old;
     core->error_old = 1.0;
     core->counts.scale_reached = lane_get(b->scale_reached, l);

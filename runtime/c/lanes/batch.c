@@ -40,6 +40,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->y0 = place(&at, n);
     b->k = place(&at, BGC_MAX_DENSE * n);
     b->stages = place(&at, BGC_MAX_STAGES * n);
+    b->direction = place(&at, n);
+    b->image = place(&at, n);
     b->next = place(&at, n);
     b->error = place(&at, n);
     b->point = place(&at, n);
@@ -125,6 +127,7 @@ static void load_instances(bgc_batch *b, int count) {
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = b->scale_reached = lane_of(0.0);
     b->rounding = b->largest_rounding = lane_of(0.0);
+    bgc_batch_begin_choice(b);
     bgc_batch_begin_corrections(b);
 
     /* The energy that counts as small, of each instance. */

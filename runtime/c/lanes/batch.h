@@ -3,7 +3,8 @@
  * The order of calls is that of bgc_internal.h: bgc_run_lanes (batch.c) loads the instances and calls
  * bgc_batch_attempt (lockstep.c) up to the time of each row, which bgc_batch_advance (lane_stages.c)
  * and bgc_batch_interpolate (lane_rows.c) serve. alone.c handles devices and events, one instance at
- * a time. lane_corrections.c, lane_rounding.c and lane_faint.c note what runs are warned of.
+ * a time. lane_switching.c chooses the method. lane_corrections.c, lane_rounding.c and lane_faint.c note
+ * what runs are warned of.
  */
 #ifndef BGC_BATCH_H
 #define BGC_BATCH_H
@@ -27,7 +28,7 @@ typedef struct {
 typedef struct {
     const bgc_model *m;
     const bgc_lane_model *kernel;
-    const bgc_method *method;
+    const bgc_method *method; /* of the last step, or of the attempt under way */
     const bgc_core *option;  /* of the first instance: options are the same for all */
     bgc_data *const *instance;
 
@@ -51,12 +52,16 @@ typedef struct {
 
     /* Step control. */
     double h_next, error_old;
-    int rejected;            /* the last attempt was rejected, */
+    int rejected;            /* attempts in a row that were rejected, the last one */
     unsigned at_fault;       /* because of these lanes */
     int account_rejections;  /* consecutive */
+    bgc_choice choice;       /* of the method, for all instances, */
+    bgc_spectrum spectrum;   /* by their largest spectral radius */
+    lane newest;             /* those of the estimate under way */
 
     lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
     lane *y0, *k, *stages;
+    lane *direction, *image; /* as in bgc_data */
     lane *next, *error, *point, *b, *wide, *residual, *reach, *magnitude, *output, *check, *argument, *hiding, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
     lane imbalance;          /* residual of the accounts at t */
@@ -99,6 +104,7 @@ static inline double bgc_batch_slack(const bgc_batch *b) { return bgc_time_slack
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
 void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out);
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+double bgc_batch_largest(unsigned lanes, lane v);
 lane bgc_batch_norm_within(const bgc_batch *b, const lane *v, const lane *p, const lane *q,
                            double rtol, double atol, lane reached);
 lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
@@ -112,6 +118,13 @@ void bgc_batch_watch_switches(bgc_batch *b);
 void bgc_batch_watch_pulses(bgc_batch *b);
 void bgc_batch_step_alone(bgc_batch *b);
 void bgc_batch_rejoin(bgc_batch *b);
+
+/* --- lane_switching.c */
+void bgc_batch_begin_choice(bgc_batch *b);
+void bgc_batch_choose_method(bgc_batch *b, double h);
+void bgc_batch_count_rejection(bgc_batch *b);
+void bgc_batch_take_method(bgc_batch *b);
+void bgc_batch_give_method(const bgc_batch *b, bgc_data *d);
 
 /* --- lane_corrections.c */
 void bgc_batch_begin_corrections(bgc_batch *b);

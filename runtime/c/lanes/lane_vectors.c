@@ -43,6 +43,18 @@ unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
     return bgc_lanes_where(b, sum != lane_of(0.0));
 }
 
+/* The largest number in a set of lanes. */
+double bgc_batch_largest(unsigned lanes, lane v) {
+    double found = -INFINITY;
+
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if ((lanes >> l & 1u) != 0) {
+            found = fmax(found, lane_get(v, l));
+        }
+    }
+    return found;
+}
+
 /* Of each lane: root mean square of v over tolerances at a state between p and q. */
 lane bgc_batch_norm_within(const bgc_batch *b, const lane *v, const lane *p, const lane *q,
                            double rtol, double atol, lane reached) {

@@ -130,18 +130,6 @@ static void attempt_fixed(bgc_batch *b) {
 
 /* --- error control ------------------------------------------------------------------------- */
 
-/* The largest number in an active lane. */
-static double largest(const bgc_batch *b, lane v) {
-    double found = -INFINITY;
-
-    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
-        if ((b->active >> l & 1u) != 0) {
-            found = fmax(found, lane_get(v, l));
-        }
-    }
-    return found;
-}
-
 /* The first step: the shortest that bgc_run would take for an instance. The instances are at their
  * initial states. */
 static double first_step(bgc_batch *b) {
@@ -171,9 +159,10 @@ static double first_step(bgc_batch *b) {
 /* Rejects the attempt because of the lanes at fault: the next one has the length h. */
 static void reject(bgc_batch *b, unsigned at_fault, double h) {
     b->counts.rejected++;
-    b->rejected = 1;
+    b->rejected++;
     b->at_fault = at_fault;
     b->h_next = h;
+    bgc_batch_count_rejection(b);
 }
 
 /* Rejects a step of length h whose errors are above 1; returns whether it does. `error` is raised to the
@@ -187,7 +176,7 @@ static int rejects(bgc_batch *b, lane errors, double h, double *error) {
         return 1;
     }
     b->single |= bad;
-    *error = fmax(*error, largest(b, errors));
+    *error = fmax(*error, bgc_batch_largest(b->active, errors));
     if (*error > 1.0) {
         reject(b, bgc_lanes_where(b, errors > lane_of(1.0)), bgc_shorter_step(h, *error, q));
     }
@@ -202,7 +191,7 @@ static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, d
         bgc_drift_error(residual, residual - b->imbalance, b->exchanged, balance->stored,
                         balance->moved, (double)(b->counts.steps + 1), b->option->rtol);
 
-    return fmin(largest(b, drift), error * pow(2.0, q));
+    return fmin(bgc_batch_largest(b->active, drift), error * pow(2.0, q));
 }
 
 /* A step of the length that step control chooses, or a rejection. */
@@ -279,6 +268,7 @@ static void attempt_adaptive(bgc_batch *b) {
     b->rejected = 0;
     bgc_batch_watch_switches(b);
     bgc_batch_watch_pulses(b);
+    bgc_batch_choose_method(b, h);
     accept(b, &balance);
     bgc_batch_follow_faint(b);
 }
@@ -286,6 +276,7 @@ static void attempt_adaptive(bgc_batch *b) {
 /* One attempt at a step of all lanes. */
 void bgc_batch_attempt(bgc_batch *b) {
     b->single = b->written = 0;
+    bgc_batch_take_method(b);
     if (bgc_is_adaptive(b->method)) {
         attempt_adaptive(b);
     } else {

@@ -1,0 +1,163 @@
+"""Ensembles change between the implicit method and its explicit partner as single runs do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.runtime.model import Model
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.running import batches
+from bgc.runtime.running.methods import SWITCHING
+
+# Oscillators of van der Pol, each of which pulls at all others, so that explicit steps cost half.
+# The first may meet a wall, and `late` becomes fast, if at all, at 16 s.
+RING = """
+model Ring {
+  const n = 8;
+  param mu = 1;
+  param wall = 100;
+  param fast = 0;
+  state y[n] = [2.0, 1.5, -1.0, 0.5, -2.0, 1.0, 0.2, -0.7];
+  state v[n] = zeros(n);
+  state late = 1;
+  signal sines[n];
+  signal cosines[n];
+  for i in 1..n {
+    sines[i] = sin(y[i]);
+    cosines[i] = cos(y[i]);
+    der(v[i]) = (mu*(1 - y[i]^2)*v[i] - y[i]
+      + 0.05*(sum(sines)*cosines[i] - sum(cosines)*sines[i])
+      + (if i == 1 and y[1] > wall then 5*(wall - y[1]) else 0)) / 1 s;
+  }
+  der(y) = v / 1 s;
+  let rate = fast*exp(-((time / 1 s - 20)/2)^4);
+  der(late) = (rate*(cos(time / 1 s) - late) - sin(time / 1 s)) / 1 s;
+}
+scene s of Ring { observe y, v, late; run 20 s every 0.37 s; }
+"""
+
+ARM = """
+import arms.link;
+
+model Chain {
+  ground : Ground;
+  for i in 1..6 {
+    let across = i - 2*floor(i/2);
+    mount[i] : Mount(offset = [0.3 m, 0, 0]);
+    joint[i] : Revolute(axis = across*y + (1 - across)*z, angle0 = 0.3 rad, friction = 0.5 N*m*s,
+      lock = Rigid[5]);
+    node[i] : J1;
+    body[i] : HeavyBody(mass = 2 kg, com = [0.15 m, 0.01 m, 0.02 m],
+      inertia = diag([0.01, 0.03, 0.03]));
+    mount[i] -> joint[i] -> node[i] -> body[i];
+  }
+  ground -> mount[1];
+  for i in 2..6 {
+    node[i-1] -> mount[i];
+  }
+}
+scene hang of Chain {
+  observe joint[1].angle as first, energy.residual as rest;
+  run 1 s every 0.13 s;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    path = tmp_path_factory.mktemp("model") / "ring.bg"
+    path.write_text(RING)
+    model = bgc.compile(path)
+    assert 0.0 < model.library.explicit_cost < 0.56
+    return model
+
+
+@pytest.fixture
+def counts(monkeypatch: pytest.MonkeyPatch) -> dict[int, Mapping[str, float]]:
+    """The counts of the instances of the last ensemble, by their numbers."""
+    found: dict[int, Mapping[str, float]] = {}
+    original = batches.Work._warn
+
+    def keep(work, number, instance, rows):
+        found[number] = instance.counts
+        original(work, number, instance, rows)
+
+    monkeypatch.setattr(batches.Work, "_warn", keep)
+    return found
+
+
+def errors(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarray:
+    """The largest difference of each instance from a run alone at a tight tolerance."""
+    found = []
+    for k in range(len(ensemble)):
+        values = {name: each[k] for name, each in ensemble.parameters.items()}
+        run = model.simulate(parameters=values, solver="rodas5p", **{"rtol": 1e-10, **options})
+        alone = np.column_stack([run[name] for name in ensemble.names])
+        found.append(np.abs(ensemble.values[k] - alone).max())
+    return np.array(found)
+
+
+def test_instances_that_are_alike_change_as_one_alone(ring, counts) -> None:
+    """Every estimate and every decision is that of the run alone, by rounding."""
+    ensemble = ring.simulate_many({"mu": [1.0] * 4})
+    run = ring.simulate()
+    assert ensemble.solver == run.solver == SWITCHING
+    assert ensemble.together == 4
+    np.testing.assert_allclose(ensemble["y[1]"][2], run["y[1]"], atol=1e-6)
+    for name in ("steps", "explicit_steps", "method_changes", "jacobians"):
+        assert counts[2][name] == pytest.approx(run.counts[name], abs=2)
+    assert run.counts["explicit_steps"] > 0.9 * run.counts["steps"]
+
+
+def test_the_stiffest_instance_decides_for_all(ring, counts) -> None:
+    """dopri5 would take eight times as many steps."""
+    ensemble = ring.simulate_many({"mu": [0.1, 0.5, 1.0, 100.0, 0.3, 300.0]})
+    assert ensemble.together == 6
+    assert errors(ring, ensemble).max() < 5e-4
+    several = counts[0]
+    assert 0 < several["explicit_steps"] < 0.2 * several["steps"]
+    assert several["steps"] < 1000
+
+
+def test_it_returns_where_an_instance_becomes_stiff(ring, counts) -> None:
+    """dopri5 would follow the one instance that becomes fast in 1e6 steps."""
+    ensemble = ring.simulate_many({"fast": [0.0, 0.0, 1e6, 0.0], "mu": [0.5, 0.4, 0.3, 0.2]})
+    assert ensemble.together == 4
+    assert errors(ring, ensemble).max() < 1e-4
+    assert counts[0]["explicit_steps"] > 0.3 * counts[0]["steps"]
+    assert counts[0]["jacobians"] > 20
+    assert counts[0]["steps"] < 1500
+
+
+def test_instances_meet_events_by_themselves_between_explicit_steps(ring, counts) -> None:
+    ensemble = ring.simulate_many({"wall": [100.0, 1.9, 1.7, 1.5], "mu": [0.5, 0.6, 0.7, 0.8]})
+    assert ensemble.together == 4
+    assert errors(ring, ensemble).max() < 1e-4
+    assert [counts[k]["events"] > 0 for k in range(4)] == [False, True, True, True]
+    assert counts[0]["explicit_steps"] > 0.8 * counts[0]["steps"]
+
+
+def test_rounding_is_sampled_under_both_methods(ring, counts) -> None:
+    """Accurate steps of both are not taken for rounding."""
+    ensemble = ring.simulate_many({"mu": [0.5, 0.4, 0.3, 0.2]}, rtol=1e-9, duration=60.0)
+    assert counts[0]["rounding_samples"] >= 3
+    assert 0 < counts[0]["explicit_steps"] < counts[0]["steps"]
+    assert not ensemble.run_warnings
+
+
+def test_an_arm_swings_by_explicit_steps(tmp_path: Path, counts) -> None:
+    """Energy accounts, which error control watches, hold after the changes."""
+    path = tmp_path / "arm.bg"
+    path.write_text(ARM)
+    model = bgc.compile(path)
+    ensemble = model.simulate_many({"joint[1].friction": [0.4, 0.5, 0.6, 0.7]}, rtol=1e-7)
+    assert ensemble.solver == SWITCHING and ensemble.together == 4
+    assert counts[0]["explicit_steps"] > 0.5 * counts[0]["steps"]
+    assert counts[0]["method_changes"] >= 2
+    assert errors(model, ensemble, rtol=1e-9).max() < 1e-5
+    assert np.abs(ensemble["rest"]).max() < 1e-5
