@@ -13,6 +13,8 @@ refused    the compiler refuses or the run ends, and the reference has a solutio
 modulus    the compiler refuses to divide by a modulus of the program that may vanish
 reference  the compiler refuses, the reference does not get through, and the raw equations are
            regular near random points
+ends       the run ends with a status and satisfies its equations until then; the coefficient of an
+           unknown vanishes at that time, or the reference ends at it too
 open       the reference finds the program ill-posed, the compiler runs it
 ill        both refuse, or the raw equations are singular near random points
 differs    numbers differ: from equations or reference, or between variants
@@ -23,6 +25,7 @@ crash      an exception that is not a diagnostic
 from __future__ import annotations
 
 import random
+import re
 import tempfile
 import time
 from collections.abc import Mapping
@@ -36,6 +39,7 @@ from equation_check import LEAST, Checked, check_columns
 from flat_expressions import Var, variables
 from observed_variables import with_all_observed
 from program_draw import Wishes, draw_program
+from program_ends import cut_before, vanishing
 from program_runs import (
     ACCOUNTS,
     CLOSE,
@@ -66,6 +70,8 @@ RATE = 1e-5  # of the change of a state
 START = 1e-9
 VARYING = ("BG502", "BG508", "BG512", "BG513", "BG522", "BG523")  # where a modulus may vanish
 VANISHING = ("cos(", "root")  # in moduli that are drawn: the others keep their sign
+LAST = re.compile(r"finds no solution at t = (\S+)$")  # of the reference
+SAME_END = 0.01  # of the time at which a run ends
 MISSED_AT_START = 1e-4  # of the terms of a row
 
 
@@ -138,7 +144,7 @@ def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str
     try:
         base = run_text(write(program), place)
     except Refused as err:
-        return _judged(program, str(err))
+        return _ended(program, place, err) or _judged(program, str(err))
     except Exception as err:
         return "crash", f"{type(err).__name__}: {err}"[:100]
     found = check_columns(raw, base, float(program.scene.duration))
@@ -157,6 +163,29 @@ def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str
     if all(not column.any() for column in base.values()):
         return "rest", ""
     return "agrees", about
+
+
+def _ended(program: Program, place: Path, refused: Refused) -> tuple[str, str] | None:
+    """The outcome of a run that ends with a status where the equations end; else None."""
+    if not refused.end:
+        return None
+    short = cut_before(with_all_observed(program).with_scene(rows=ROWS), refused.end)
+    kind, _ = by_equations(short, place, 0)
+    if kind not in ("agrees", "loose"):
+        return None
+    raw = raw_equations(short)
+    row = vanishing(raw, run_text(write(short), place), refused.end)
+    if row:
+        return "ends", f"{refused} at t = {refused.end:.4g}: a coefficient of {row} vanishes"
+    try:
+        reference_of(program.with_scene(rows=20), rtol=1e-6)
+    except NoSolution as err:
+        found = LAST.search(str(err))
+        if found is not None and abs(float(found[1]) / refused.end - 1) <= SAME_END:
+            return "ends", f"{refused} at t = {refused.end:.4g}; {err}"[:120]
+    except (IllPosed, np.linalg.LinAlgError):
+        return None
+    return None
 
 
 def _unconnected(program: Program, place: Path, about: str) -> tuple[str, str]:
@@ -286,7 +315,8 @@ def by_reference(
     except Refused as err:
         if expected is not None:
             return _refused(program, str(err)), str(err)
-        return ("ill" if trouble.startswith("ill") else "reference"), f"{err}; {trouble}"
+        ended = _ended(program, place, err)
+        return ended or ("ill" if trouble.startswith("ill") else "reference", f"{err}; {trouble}")
     except Exception as err:
         return "crash", f"{type(err).__name__}: {err}"[:100]
     if expected is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,12 +14,20 @@ import bgc
 
 RTOL = 1e-9
 CLOSE = 1e-5  # of the largest value of a column, or of a hundredth of its size in the program
+END = re.compile(r"at t = (\S+) s\b")  # in the message of a run that ended with a status
 ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated")
 Columns = dict[str, np.ndarray]
 
 
 class Refused(Exception):
-    """A diagnostic of the compiler or of the run; the text is its code."""
+    """A diagnostic of the compiler or of the run; the text is its code.
+
+    `end` is the time at which a run ended, s; None where there was no run.
+    """
+
+    def __init__(self, codes: str, end: float | None = None) -> None:
+        super().__init__(codes)
+        self.end = end
 
 
 def run_text(
@@ -37,7 +46,10 @@ def run_text(
         model = bgc.compile(path, preview=True, whole=whole)
         result = model.simulate(rtol=rtol, solver=solver, parameters=parameters)
     except bgc.BgError as err:
-        raise Refused(",".join(sorted({d.code for d in err.diagnostics}))) from err
+        found = [END.search(d.message) for d in err.diagnostics]
+        ends = [float(at[1]) for at in found if at is not None]
+        codes = ",".join(sorted({d.code for d in err.diagnostics}))
+        raise Refused(codes, ends[0] if ends else None) from err
     return {name.removesuffix("[1]"): np.asarray(column) for name, column in result.columns.items()}
 
 

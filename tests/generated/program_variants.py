@@ -32,8 +32,13 @@ def _whole(program: Program, place: Path, seed: int) -> Columns:
 
 def _sliced(program: Program, place: Path, seed: int) -> Columns:
     """One thing observed."""
+    return run_text(_with_one_observed(program, seed), place)
+
+
+def _with_one_observed(program: Program, seed: int) -> str:
+    """The text without accounts of energy, which need every element of a program."""
     one = random.Random(seed).choice(list(program.scene.observed))
-    return run_text(write(program.with_scene(observed=(one,))), place)
+    return write(program.with_scene(observed=(one,), accounts=False))
 
 
 def _constant(program: Program, place: Path, seed: int) -> Columns:
@@ -58,6 +63,12 @@ def _set_at_run_time(program: Program, place: Path, seed: int) -> Columns:
     writer = Writer(program)
     values = {writer.path(path): float(value.value) for path, value in sets}  # type: ignore[attr-defined]
     return run_text(write(program.with_scene(sets=())), place, parameters=values)
+
+
+def slice_and_whole(program: Program, place: Path, seed: int) -> tuple[Columns, Columns]:
+    """One observed thing of a program: computed alone, and with the whole program."""
+    text = _with_one_observed(program, seed)
+    return run_text(text, place), run_text(text, place, whole=True)
 
 
 def ensemble(program: Program, place: Path) -> Columns:

@@ -14,9 +14,12 @@ from equation_check import check_columns
 from observed_variables import with_all_observed
 from program_check import RATE, RESIDUAL, ROWS, START, by_equations, by_reference, program_of
 from program_draw import draw_program
+from program_ends import cut_before, vanishing
+from program_loops import loop_differences
 from program_modes import slope_errors
 from program_runs import CLOSE, difference, run_text, scales_of
 from program_text import Style, write
+from program_variants import slice_and_whole
 from raw_equations import raw_equations
 
 import bgc
@@ -47,6 +50,29 @@ def test_slopes_are_those_of_the_rates(seed: int, tmp_path: Path) -> None:
     path.write_text(write(program_of(seed)), encoding="utf-8")
     errors = slope_errors(bgc.compile(path, preview=True))
     assert errors and max(errors.values()) < 1e-5
+
+
+def test_a_run_ends_where_a_coefficient_vanishes(tmp_path: Path) -> None:
+    """The modulus of `motor2` is a cosine; at nine tenths of the time it is not zero."""
+    kind, about = by_equations(draw_program(2274), tmp_path, variants=0)
+    assert (kind, about) == ("ends", "BG701 at t = 1.059: a coefficient of motor2 vanishes")
+    early = 0.9 * 1.05899694
+    short = cut_before(with_all_observed(draw_program(2274)).with_scene(rows=ROWS), early)
+    assert vanishing(raw_equations(short), run_text(write(short), tmp_path), early) == ""
+
+
+def test_a_program_in_the_loop_has_the_bits_of_a_plain_run(tmp_path: Path) -> None:
+    """A trace moves the first driven input of the program."""
+    assert "drive given" in write(program_of(20003))
+    assert loop_differences(program_of(20003), tmp_path) == []
+
+
+def test_a_slice_gives_the_numbers_of_the_whole_program(tmp_path: Path) -> None:
+    program = program_of(20003)
+    alone, among = slice_and_whole(program, tmp_path, 20003)
+    error, where = difference(alone, among, scales_of(program))
+    assert error <= CLOSE, where
+    assert all(column.any() for column in alone.values())
 
 
 def test_a_program_that_reads_what_has_no_bond_is_refused(tmp_path: Path) -> None:
