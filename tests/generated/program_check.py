@@ -177,14 +177,15 @@ def _ended(program: Program, place: Path, refused: Refused) -> tuple[str, str] |
     row = vanishing(raw, run_text(write(short), place), refused.end)
     if row:
         return "ends", f"{refused} at t = {refused.end:.4g}: a coefficient of {row} vanishes"
-    try:
-        reference_of(program.with_scene(rows=20), rtol=1e-6)
-    except NoSolution as err:
-        found = LAST.search(str(err))
-        if found is not None and abs(float(found[1]) / refused.end - 1) <= SAME_END:
-            return "ends", f"{refused} at t = {refused.end:.4g}; {err}"[:120]
-    except (IllPosed, np.linalg.LinAlgError):
-        return None
+    for method in ("LSODA", "Radau"):
+        try:
+            reference_of(program.with_scene(rows=20), rtol=1e-6, method=method, most=10.0)
+        except NoSolution as err:
+            found = LAST.search(str(err))
+            if found is not None and abs(float(found[1]) / refused.end - 1) <= SAME_END:
+                return "ends", f"{refused} at t = {refused.end:.4g}; {method}: {err}"[:120]
+        except (IllPosed, np.linalg.LinAlgError):
+            return None
     return None
 
 
