@@ -4,13 +4,19 @@
  * samples of the step needs no closer look. Where it is much farther away than it has varied in the steps
  * before, its value at the end of the step is enough; every few steps all arguments are looked at within
  * the step nevertheless.
+ *
+ * Where a body or a valve rests on the edge of a kink, the argument crosses it by rounding in most steps.
+ * Once f has shown that the effect of this is far from mattering, the value at the end is enough too, as long
+ * as the argument stays near the edge: the effect grows with the distance from it. Switches at which f jumps
+ * never count as resting.
  */
 #include "switches.h"
 
 #include <math.h>
 
-static const double far_from_edge = 16.0; /* times the variation of steps before */
-enum { LOOKS_AT_END = 7 };                /* between two looks within a step */
+static const double far_from_edge = 16.0;  /* times the variation of steps before */
+static const double rounding_part = 1e-10; /* of the largest argument so far: less is rounding */
+enum { LOOKS_AT_END = 7 };                 /* between two looks within a step */
 
 /* fmin and fmax of numbers, without a call. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
@@ -19,10 +25,45 @@ static inline double larger(double a, double b) { return a > b ? a : b; }
 /* The next step is looked at within. */
 void bgc_look_within(bgc_data *d) { d->core.looks = 0; }
 
+/* Whether the argument of switch k, now z, rests on the edge of a kink. `growth` is the length of the step
+ * over that of the step before, if it is longer. */
+static inline int rests_on_edge(const bgc_data *d, int k, double z, double growth) {
+    const double reach = d->rest[k];
+
+    return reach > 0.0 && growth * fabs(d->argument[k]) <= reach && growth * fabs(z) <= reach;
+}
+
+/* The kinks that rest on their edges, by the arguments z at the end of the step, are released in it. */
+static void release_resting(const bgc_model *m, bgc_data *d, const double *z, double growth) {
+    for (int k = 0; k < m->n_switch; k++) {
+        if (rests_on_edge(d, k, z[k], growth)) {
+            d->ignored[k] = bgc_released;
+        }
+    }
+    d->core.near_edge = 1;
+}
+
+/* Switch k is a kink that has left its mode in a step with arguments z, and f hardly changed: it rests on its
+ * edge if it moved by rounding alone. */
+void bgc_note_rest(bgc_data *d, int k, const double *const *z) {
+    const double rounding = rounding_part * d->extent[k];
+    double most = 0.0;
+
+    d->rest[k] = 0.0;
+    for (int i = 0; i <= BGC_SAMPLES; i++) {
+        if (!(fabs(z[i][k]) <= rounding)) {
+            return;
+        }
+        most = larger(most, fabs(z[i][k]));
+    }
+    d->rest[k] = bgc_rest_margin * most;
+}
+
 /* Whether every argument is far from the edge of its mode, by the arguments z at the end of a step of
- * length h, or constant within its mode. Counts the looks. */
+ * length h, or constant within its mode, or rests on the edge of a kink. Counts the looks. */
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) {
     const double last = d->core.counts.last_step, growth = h > last ? h / last : 1.0;
+    int resting = 0;
 
     if (d->core.looks == 0 || !(last > 0.0)) {
         return 0;
@@ -33,11 +74,18 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
         const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
         const double swing = larger(growth * d->swing[k], change);
         const double nearest = bgc_lesser_depth(operation, mode, before, z[k]);
+        if (rests_on_edge(d, k, z[k], growth)) {
+            resting = 1;
+            continue;
+        }
         if (isnan(mode) || (!(nearest > far_from_edge * swing) &&
                             (swing != 0.0 || bgc_is_outside(m, d, k, z[k])))) {
             return 0;
         }
         d->swing[k] = swing;
+    }
+    if (resting) {
+        release_resting(m, d, z, growth);
     }
     return 1;
 }
@@ -65,6 +113,7 @@ int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
             d->ignored[k] = bgc_marked_clear;
         }
         d->swing[k] = high - low;
+        d->rest[k] = 0.0;
     }
     d->core.looks = LOOKS_AT_END;
     return all_clear;

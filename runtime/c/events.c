@@ -232,14 +232,14 @@ static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, dou
     return here;
 }
 
-/* d->ignored: a kink is compared, or its change is negligible; 0 otherwise. */
-static const double entering = 1.0, released = 2.0;
+/* d->ignored: a kink is compared. */
+static const double entering = 1.0;
 
 /* Holds the modes, but releases switches whose change is negligible in the step under way. */
 static void hold_watched(const bgc_model *m, bgc_data *d) {
     bgc_hold_modes(m, d);
     for (int k = 0; k < m->n_switch; k++) {
-        if (d->ignored[k] == released) {
+        if (d->ignored[k] == bgc_released) {
             d->u[m->n_input + k] = (double)NAN;
         }
     }
@@ -249,7 +249,7 @@ static void hold_watched(const bgc_model *m, bgc_data *d) {
  * on them more. */
 static void release_in_step(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
-        if (d->ignored[k] == released) {
+        if (d->ignored[k] == bgc_released) {
             d->u_step[m->n_input + k] = (double)NAN;
         }
     }
@@ -270,9 +270,9 @@ static int only_kinks_left(const bgc_model *m, const bgc_data *d, const double *
     return kinks;
 }
 
-/* Whether the kinks marked `entering` change f by enough to matter: at time t of the step under way, over
- * its whole length. */
-static int kinks_matter(const bgc_model *m, bgc_data *d, double t) {
+/* The effect on the step under way, over the tolerances, of the change of f by the kinks marked `entering`:
+ * that at time t, over the whole step. */
+static double effect_of_kinks(const bgc_model *m, bgc_data *d, double t) {
     const double h = d->core.t_end - d->core.t;
 
     bgc_interpolate(m, d, t, d->point);
@@ -288,11 +288,11 @@ static int kinks_matter(const bgc_model *m, bgc_data *d, double t) {
     for (int j = 0; j < m->n_state; j++) {
         const double change = d->magnitude[j] - d->right[j];
         if (change != 0.0 && d->inverse_mass[j] == 0.0) { /* rates are coupled, or there is none */
-            return 1;
+            return (double)INFINITY;
         }
         d->right[j] = h * d->inverse_mass[j] * change;
     }
-    return !(bgc_norm(m, d, d->right, d->x, d->next) <= negligible);
+    return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
 /* Where kinks have left their modes at time `at`, with arguments d->after, ignores them in this step if f
@@ -301,7 +301,7 @@ static int kinks_matter(const bgc_model *m, bgc_data *d, double t) {
  * i on, at times t, are right on the new pieces too. */
 static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i, const double *t,
                               const double *const *z) {
-    double deepest = 0.0, farthest = at;
+    double deepest = 0.0, farthest = at, effect;
     int matter;
 
     if (!only_kinks_left(m, d, d->after)) {
@@ -319,10 +319,17 @@ static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i,
             d->ignored[k] = entering;
         }
     }
-    matter = kinks_matter(m, d, at) || (farthest != at && kinks_matter(m, d, farthest));
+    effect = effect_of_kinks(m, d, at);
+    if (farthest != at && effect <= negligible) {
+        effect = fmax(effect, effect_of_kinks(m, d, farthest));
+    }
+    matter = !(effect <= negligible);
     for (int k = 0; k < m->n_switch; k++) {
         if (d->ignored[k] == entering) {
-            d->ignored[k] = matter ? 0.0 : released;
+            d->ignored[k] = matter ? 0.0 : bgc_released;
+            if (effect * bgc_rest_margin <= negligible) {
+                bgc_note_rest(d, k, z);
+            }
         }
     }
     if (!matter) {
@@ -403,6 +410,9 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     }
     z[BGC_SAMPLES] = evaluate_sample(m, d, BGC_SAMPLES, end);
     if (bgc_are_all_far(m, d, z[BGC_SAMPLES], end - start)) {
+        if (d->core.near_edge) {
+            release_in_step(m, d);
+        }
         return BGC_OK;
     }
     t[0] = start;

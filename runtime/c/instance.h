@@ -214,6 +214,8 @@ struct bgc_data {
     double *argument;       /* n_switch: arguments at the present */
     double *extent;         /* n_switch: the largest absolute value of each argument so far */
     double *swing;          /* n_switch: the variation of each argument over a step (clear.c) */
+    double *rest;           /* n_switch: how far from its edge the argument of a kink at rest there may be
+                             * by rounding; 0 where it does not rest (clear.c) */
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */

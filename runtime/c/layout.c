@@ -44,6 +44,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->argument = place(&l, switches);
     d->extent = place(&l, switches);
     d->swing = place(&l, switches);
+    d->rest = place(&l, switches);
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
     d->sampling = place(&l, 2 * (size_t)m->n_rate);

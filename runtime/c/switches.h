@@ -7,10 +7,12 @@
 
 #include <math.h>
 
+static const double bgc_rest_margin = 100.0; /* by which a kink at rest may vary more than it did (clear.c) */
 static const double bgc_noise_factor = 4.0; /* changes below this many state tolerances are noise */
 
-/* d->ignored: a switch is clear of the edge of its mode in the step under way. */
-static const double bgc_marked_clear = 4.0;
+/* d->ignored in the step under way: the change of a kink is negligible; a switch is clear of the edge of its
+ * mode. */
+static const double bgc_released = 2.0, bgc_marked_clear = 4.0;
 
 /* The result of an operation; a NaN of an undefined argument: kernels compare then, and an undefined
  * law that is not guarded makes f undefined. */

@@ -108,6 +108,42 @@ def test_the_rounding_of_a_body_at_rest_ends_no_step(load, method):
     assert 2 <= result.counts["events"] <= 20
 
 
+@pytest.fixture(scope="module")
+def valve_at_rest(tmp_path_factory):
+    """p rests from 0.4 s on at the edge, 1, about which it moves by rounding; then it is lifted."""
+    path = tmp_path_factory.mktemp("rest") / "rest.bg"
+    path.write_text("""
+model Rest {
+  state p = 0.5;
+  let rounding = 1e6*sin(time)*cos(time) - 5e5*sin(2*time);
+  let since = max(time - 12, 0);
+  der(p) = 100*max(1 - p, 0) - 200*max(p - 1, 0) + rounding + since^2;
+}
+scene s of Rest { observe p; run 13 s every 0.1 s; }
+""")
+    return bgc.compile(path)
+
+
+@pytest.mark.parametrize(
+    ("method", "error", "stages"),
+    [
+        ({"rtol": 1e-10}, 1e-10, None),
+        ({"solver": "ros23", "step": 0.01}, 1e-6, 2),
+        ({"solver": "ros34prw", "step": 0.01}, 1e-9, 4),
+    ],
+)
+def test_rest_on_the_edge_of_a_kink_costs_little_and_is_left_in_time(
+    valve_at_rest, method, error, stages
+):
+    """Only about every eighth step looks at how much f changes, for three evaluations of f."""
+    result = valve_at_rest.simulate(**method)
+    lifted = 1 / 200 - 2 / 200**2 + 2 / 200**3
+    assert result["p"][-1] == pytest.approx(1 + lifted, abs=error)
+    assert np.abs(result["p"][10:120] - 1).max() < 1e-9
+    if stages is not None:
+        assert result.counts["rhs"] < (stages + 0.6) * result.counts["steps"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [{}, {"solver": "dopri5"}, {"solver": "ros34prw", "step": 0.01}])
 def test_instances_of_an_ensemble_cross_kinks_as_alone(load, method):
