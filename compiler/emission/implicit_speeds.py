@@ -26,7 +26,7 @@ from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian
 from bgc.ir.program import Program, SpeedEquations
 
-_SETTINGS: tuple[Settings, ...] = ((4, 12), (20, 40))  # no single one is good for all
+_SETTINGS: tuple[Settings, ...] = ((4, 12), (9, 20), (20, 40))  # no single one is good for all
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,15 @@ class _Implicit:
     dag: Dag
     rates: tuple[Node, ...]
     residuals: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class KeptOrder:
+    """An order of elimination, and the graph on a DAG to which it belongs."""
+
+    dag: Dag
+    graph: DerivativeGraph
+    order: Order
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,27 +67,28 @@ class ImplicitForms:
         dag, rows = found
         return self._joined(dag, jacobian_of(dag, rows), len(self.speeds))
 
-    def with_kept_vertices(self, most: int) -> tuple[Program, Jacobian] | None:
-        """With intermediate values in z too, and an order of the pivots (`kept_vertices.py`).
+    def order(self) -> KeptOrder | None:
+        """The order with kept vertices (`kept_vertices.py`) that takes the fewest products.
 
-        None if it takes more than `most` products, or where M is not the identity.
+        Found on patterns, without derivatives. None where M is not the identity.
         """
         if self.program.mass is not None:
             return None
         size, count = len(self.program.states), len(self.speeds)
-        dag = self.form.dag.copy()
-        graph = DerivativeGraph(dag, self._outputs, self._column)
+        graph = DerivativeGraph(dag := self.form.dag.copy(), self._outputs, self._column)
         graph.eliminate_choices()
         pattern = {target: edges.keys() for target, edges in graph.edges().items()}
         speeds = range(size, size + count)
         orders = (order_elimination(pattern, speeds, settings) for settings in _SETTINGS)
-        order = min(orders, key=lambda order: order.products)
-        if order.products > most:
-            return None
-        for vertex in order.accumulated:
-            graph.accumulate(vertex)
-        local = _with_kept(dag, graph, order, size + count)
-        return self._joined(dag, local, count + len(order.kept))
+        return KeptOrder(dag, graph, min(orders, key=lambda order: order.products))
+
+    def with_kept_vertices(self, kept: KeptOrder) -> tuple[Program, Jacobian]:
+        """With intermediate values in z too, and an order of the pivots. An order serves once."""
+        for vertex in kept.order.accumulated:
+            kept.graph.accumulate(vertex)
+        inner = len(self.speeds)
+        local = _with_kept(kept.dag, kept.graph, kept.order, len(self.program.states) + inner)
+        return self._joined(kept.dag, local, inner + len(kept.order.kept))
 
     @property
     def _outputs(self) -> tuple[Node, ...]:

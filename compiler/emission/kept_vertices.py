@@ -14,8 +14,10 @@ when no vertex is left on any path from column k to row k. Then
 So an order is as safe as pivots on the diagonal are without vertices. Unknowns come in groups, a
 speed with the states that belong to it: the momentum that its row reads, and the coordinate whose
 rate reads it. Before a group is eliminated, the vertices on the paths between its columns and rows
-are. The groups come in the order of the vertices that their speeds reach, the fewest first: a chain
-from its tip, a tree from its leaves. Vertices that few edges meet are eliminated at once.
+are. The groups come in the order of the longest paths from the columns of their speeds, shortest
+first: a chain from its tip, a tree from its leaves. (The number of vertices that a speed reaches
+does not follow a chain: a slide turns nothing, so it reaches fewer than a hinge further out.)
+Vertices that few edges meet are eliminated at once.
 
 Everything here is done on patterns. A vertex is accumulated (its edges multiplied symbolically,
 `vertices.py`) if no unknown has been eliminated on its edges before; the others are kept.
@@ -58,10 +60,10 @@ def order_elimination(into: Edges, speeds: Collection[int], settings: Settings) 
     own; sources are vertices, and columns k as ~k. Of the unknowns, `speeds` have no rate.
     """
     elimination = _Elimination(into)
-    size = {k: len(elimination.reached([~k])) for k in speeds}
+    length = elimination.path_lengths(speeds)
     first, later = settings
     elimination.take_cheap(elimination.vertices(), first)
-    for group in _groups(elimination, sorted(speeds, key=lambda k: (size[k], k))):
+    for group in _groups(elimination, sorted(speeds, key=lambda k: (length[k], k))):
         elimination.take_cheap(elimination.take_group(group), later)
     assert not elimination.vertices(), "a vertex is on no path between unknowns"
     return Order(tuple(elimination.accumulated), tuple(elimination.pivots), elimination.products)
@@ -93,6 +95,17 @@ class _Elimination:
     def reaching(self, rows: Iterable[int]) -> set[int]:
         """The vertices on paths to rows (as ~k)."""
         return _spread(self.into, rows)
+
+    def path_lengths(self, unknowns: Iterable[int]) -> dict[int, int]:
+        """For each unknown the vertices on the longest path from its column.
+
+        Operands have smaller numbers than the vertices that use them, so the graph has to be
+        that of the DAG, before the first unknown is eliminated.
+        """
+        length = dict.fromkeys(self.into, 0)  # a path ends at a row
+        for vertex in sorted(self.vertices(), reverse=True):
+            length[vertex] = 1 + max(length[target] for target in self.out_of[vertex])
+        return {k: max((length[x] for x in self.out_of[~k]), default=0) for k in unknowns}
 
     def take_cheap(self, vertices: Iterable[int], slack: int) -> None:
         """Eliminate vertices whose products are hardly more than their edges."""

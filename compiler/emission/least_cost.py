@@ -37,9 +37,9 @@ def planned(program: Program, switches: tuple[Switch, ...]) -> Planned:
     other = _with_plan(_optimised(*forms.accumulated(), switches))
     cost = _cost(other)
     if cost > _LARGE:
-        kept = forms.with_kept_vertices(cost - _SOLUTIONS * _solution(other))
-        if kept is not None:
-            narrow = _with_plan(_optimised(*kept, switches))
+        kept = forms.order()
+        if kept is not None and kept.order.products <= cost - _SOLUTIONS * _solution(other):
+            narrow = _with_plan(_optimised(*forms.with_kept_vertices(kept), switches))
             if _cost(narrow) < _KEPT_GAIN * cost:
                 other, cost = narrow, _cost(narrow)
     explicit = differentiate_within(program, max(cost, _LEAST))

@@ -10,7 +10,8 @@ import pytest
 
 from bgc.driver import compile_scene
 from bgc.emission import implicit_speeds, least_cost
-from bgc.ir.lowered import Lowered
+from bgc.ir.lowered import Jacobian, Lowered
+from bgc.ir.program import Program
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 
@@ -66,15 +67,18 @@ def chain(bodies: int, parent: Parent = serial, base: str = "ground : Ground;") 
     return "\n".join(lines) + "\n"
 
 
-def arm_of_boxes(bodies: int) -> str:
-    """An arm of equal links on joints about z, y, x in turn."""
+def arm_of_boxes(bodies: int, slides: bool = False) -> str:
+    """An arm of equal links on joints about z, y, x in turn; every second one can be a slide."""
     lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
     for k in range(bodies):
         before = f"node{k - 1}" if k else "ground"
+        kind, start, unit = ("Revolute", "angle0 = 0.3 rad", "N*m*s")
+        if slides and k % 2:
+            kind, start, unit = ("Prismatic", "extension0 = 0.1 m", "N*s/m")
         lines += [
             f"  mount{k} : Mount(offset = [0.3 m, 0, 0]);",
-            f"  joint{k} : Revolute(axis = {'zyx'[k % 3]}, angle0 = 0.3 rad, lock = Rigid[5],",
-            "    friction = 0.5 N*m*s);",
+            f"  joint{k} : {kind}(axis = {'zyx'[k % 3]}, {start}, lock = Rigid[5],",
+            f"    friction = 0.5 {unit});",
             f"  node{k} : J1;",
             f"  body{k} : HeavyBody(mass = 2 kg, com = [0.15 m, 0.01 m, 0.02 m],",
             "    inertia = symmetric(0.01, 0.001, 0, 0.03, 0, 0.03));",
@@ -90,6 +94,17 @@ def lowered(source: str) -> Lowered:
     return compile_scene(Path("chain.bg"), Options(), package=package, until="lower").lowered
 
 
+def elimination_products(source: str) -> int:
+    """The products of J and its factorisation in the order with kept vertices."""
+    package = load_text(source, "chain.bg")
+    found = compile_scene(Path("chain.bg"), Options(), package=package, until="optimise")
+    forms = implicit_speeds.implicit_forms(found.optimised)
+    assert forms is not None
+    kept = forms.order()
+    assert kept is not None
+    return kept.order.products
+
+
 @contextmanager
 def solved_in_f() -> Iterator[None]:
     """Compile without inner unknowns."""
@@ -98,12 +113,18 @@ def solved_in_f() -> Iterator[None]:
         yield
 
 
+def _with_kept_vertices(forms: implicit_speeds.ImplicitForms) -> tuple[Program, Jacobian]:
+    kept = forms.order()
+    assert kept is not None
+    return forms.with_kept_vertices(kept)
+
+
 @contextmanager
 def kept_vertices() -> Iterator[None]:
     """Compile with intermediate values as inner unknowns, whatever they cost."""
     with pytest.MonkeyPatch.context() as patch:
         forms = implicit_speeds.ImplicitForms
-        patch.setattr(forms, "accumulated", lambda self: self.with_kept_vertices(10**9))
+        patch.setattr(forms, "accumulated", _with_kept_vertices)
         patch.setattr(least_cost, "_GAIN", 1e9)
         patch.setattr(least_cost, "_LEAST", -1)
         yield
