@@ -150,14 +150,11 @@ void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 
 /* --- spectrum.c */
-typedef enum { BGC_ESTIMATING, BGC_ESTIMATED } bgc_estimate;
-
 void bgc_reset_radius(bgc_spectrum *s);
 double bgc_begin_estimate(bgc_spectrum *s);
 bgc_estimate bgc_finish_estimate(bgc_spectrum *s, double radius);
 bgc_estimate bgc_enter_product(bgc_spectrum *s, double newest, double change, double enough);
 bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_data *d, double enough);
-double bgc_estimate_radius(const bgc_model *m, bgc_data *d, double enough);
 
 /* --- switching.c */
 const bgc_method *bgc_present_method(const bgc_core *core);
@@ -169,7 +166,7 @@ void bgc_change_method(bgc_choice *choice, bgc_counts *counts, double t, double 
 
 /* --- switching_fixed.c */
 void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d);
-int bgc_return_from_partner(bgc_core *core);
+int bgc_return_from_partner(const bgc_model *m, bgc_data *d);
 int bgc_rejects_explicit_step(const bgc_model *m, bgc_data *d);
 
 /* --- rounding.c */

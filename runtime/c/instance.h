@@ -82,6 +82,8 @@ typedef struct {
     int estimates;        /* complete ones */
 } bgc_spectrum;
 
+typedef enum { BGC_ESTIMATING, BGC_ESTIMATED } bgc_estimate;
+
 /* The choice between the method of a run and its explicit partner: switching.c. */
 typedef struct {
     int partner;     /* place in bgc_methods; -1: none */

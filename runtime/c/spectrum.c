@@ -106,11 +106,3 @@ bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_data *d, double enoug
     memcpy(v, w, size);
     return bgc_enter_product(s, newest, fabs(newest - s->newest), enough);
 }
-
-/* A whole estimate. */
-double bgc_estimate_radius(const bgc_model *m, bgc_data *d, double enough) {
-    d->core.spectrum.products = 0;
-    while (bgc_continue_estimate(m, d, enough) == BGC_ESTIMATING) {
-    }
-    return d->core.spectrum.radius;
-}

@@ -184,7 +184,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     }
 
     /* Try it by the implicit method, halve it, or fail. */
-    if (is_too_long(core, status) && bgc_return_from_partner(core)) {
+    if (is_too_long(core, status) && bgc_return_from_partner(m, d)) {
         return BGC_OK;
     }
     if (may_halve(m, core, status)) {

@@ -104,11 +104,19 @@ static double resolved_radius(const bgc_core *option, double wanted) {
     return (length < wanted ? stable : longest_resolved(option)) / length;
 }
 
+/* A whole estimate of the spectral radius. */
+static double estimate_radius(const bgc_chooser *of, double enough) {
+    of->spectrum->products = 0;
+    while (of->continue_estimate(of->run, enough) == BGC_ESTIMATING) {
+    }
+    return of->spectrum->radius;
+}
+
 /* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
  * pause. */
 static int is_slow(const bgc_chooser *of, double most) {
     bgc_choice *choice = of->choice;
-    const int slow = of->estimate(of->run, most) <= most;
+    const int slow = estimate_radius(of, most) <= most;
     const int twice = choice->pause == 0 ? FIRST_PAUSE : 2 * choice->pause;
 
     choice->pause = slow ? FIRST_PAUSE : twice < LONGEST_PAUSE ? twice : LONGEST_PAUSE;
@@ -226,11 +234,6 @@ void bgc_enter_rejection(const bgc_chooser *of, double t, int rejected) {
 
 /* --- one instance -------------------------------------------------------------------------- */
 
-typedef struct {
-    const bgc_model *m;
-    bgc_data *d;
-} bgc_single;
-
 /* Step times the dominant eigenvalue: |M^-1 (f - f')| h / |y - y'| of the last two stages. */
 static double step_times_eigenvalue(void *run) {
     const bgc_model *m = ((const bgc_single *)run)->m;
@@ -250,13 +253,14 @@ static double step_times_eigenvalue(void *run) {
     return distance > 0.0 ? bgc_norm(m, d, d->right, d->x, d->next) / distance : 0.0;
 }
 
-static double estimate_radius(void *run, double enough) {
+static bgc_estimate continue_estimate(void *run, double enough) {
     const bgc_single *single = run;
 
-    return bgc_estimate_radius(single->m, single->d, enough);
+    return bgc_continue_estimate(single->m, single->d, enough);
 }
 
-static bgc_chooser chooser_of(bgc_single *single) {
+/* The chooser of a run with error control. */
+bgc_chooser bgc_chooser_of(bgc_single *single) {
     bgc_core *core = &single->d->core;
 
     return (bgc_chooser){
@@ -267,8 +271,9 @@ static bgc_chooser chooser_of(bgc_single *single) {
         .spectrum = &core->spectrum,
         .h_next = &core->h_next,
         .error_old = &core->error_old,
+        .held = &core->held,
         .find_product = step_times_eigenvalue,
-        .estimate = estimate_radius,
+        .continue_estimate = continue_estimate,
         .run = single,
     };
 }
@@ -278,7 +283,7 @@ void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
     bgc_single single = {m, d};
 
     if (d->core.choice.partner >= 0 && d->core.algebraic == 0) {
-        const bgc_chooser of = chooser_of(&single);
+        const bgc_chooser of = bgc_chooser_of(&single);
         bgc_choose(&of, t, h);
     }
 }
@@ -286,7 +291,7 @@ void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
 /* After a rejected attempt, the present number core->rejected in a row. */
 void bgc_count_rejection(const bgc_model *m, bgc_data *d) {
     bgc_single single = {m, d};
-    const bgc_chooser of = chooser_of(&single);
+    const bgc_chooser of = bgc_chooser_of(&single);
 
     bgc_enter_rejection(&of, d->core.t, d->core.rejected);
 }

@@ -5,9 +5,11 @@
  * about the same error then, and an explicit step needs no Jacobian. The spectral radius is estimated
  * along the run (spectrum.c), by one evaluation of f in some of the steps, so that no step takes much
  * longer than the others. A law that stiffens between two estimates shows in the stages of the explicit
- * method: that calls for an estimate at once, or the implicit method takes the step again.
+ * method: that calls for an estimate at once, or the implicit method takes the step again. A batch chooses
+ * likewise.
  */
 #include "bgc_internal.h"
+#include "switching.h"
 
 #include <math.h>
 
@@ -20,67 +22,48 @@ static const double resolved_to_enter = 0.35, resolved_to_stay = 0.5;
  * and that which rejects the step. The latter at least `unstable`: a norm may be larger than the radius. */
 static const double grown = 2.0, far_grown = 4.0, unstable = 1.0;
 
-/* Step times the dominant eigenvalue, from the two stages in the middle of a step of rk4, which are U_2
- * at x + U_1 / 2 and U_3 at x + U_2 / 2. */
-static double fixed_step_times_eigenvalue(const bgc_model *m, const bgc_data *d) {
-    const double *first = d->stages, *second = first + bgc_padded(m->n_state);
-    const double *third = second + bgc_padded(m->n_state);
-    double change = 0.0, distance = 0.0;
-
-    for (int i = 0; i < m->n_state; i++) {
-        const double unit = 1.0 / d->scale[i];
-        const double rise = (third[i] - second[i]) * unit, apart = (second[i] - first[i]) * unit;
-        change += rise * rise;
-        distance += apart * apart;
-    }
-    return distance > 0.0 ? 2.0 * sqrt(change / distance) : 0.0;
+static void change_fixed_method(const bgc_chooser *of, double t) {
+    bgc_change_method(of->choice, of->counts, t, 0.0, 0);
+    of->choice->usual = -1.0;
+    *of->held = 0;
 }
 
-static void change_fixed_method(bgc_core *core) {
-    bgc_change_method(&core->choice, &core->counts, core->t, 0.0, 0);
-    core->choice.usual = -1.0;
-    core->held = 0;
-}
-
-/* After a fixed step that failed: whether it was explicit, so that the implicit method tries it again. */
-int bgc_return_from_partner(bgc_core *core) {
-    if (!core->choice.is_explicit) {
+/* After a fixed step from t that failed: whether it was explicit, so that the implicit method tries it again. */
+int bgc_return_to_implicit(const bgc_chooser *of, double t) {
+    if (!of->choice->is_explicit) {
         return 0;
     }
-    change_fixed_method(core);
-    core->choice.look = core->choice.pause = LONG_PAUSE;
-    core->spectrum.products = 0;
+    change_fixed_method(of, t);
+    of->choice->look = of->choice->pause = LONG_PAUSE;
+    of->spectrum->products = 0;
     return 1;
 }
 
-/* After an explicit step, before it is accepted: whether a law has stiffened so much that it may be
+/* After an explicit step from t, before it is accepted: whether a law has stiffened so much that it may be
  * unstable. The implicit method tries it again. */
-int bgc_rejects_explicit_step(const bgc_model *m, bgc_data *d) {
-    bgc_choice *choice = &d->core.choice;
+int bgc_rejects_product(const bgc_chooser *of, double t) {
+    bgc_choice *choice = of->choice;
 
     if (!choice->is_explicit) {
         return 0;
     }
-    choice->product = fixed_step_times_eigenvalue(m, d);
+    choice->product = of->find_product(of->run);
     if (choice->usual < 0.0) {
         choice->usual = choice->product;
     }
     return choice->product > fmax(unstable, far_grown * choice->usual) &&
-           bgc_return_from_partner(&d->core);
+           bgc_return_to_implicit(of, t);
 }
 
-/* After an accepted fixed step to d->next: explicit where the steps resolve all modes, by an estimate of
- * the spectral radius that takes one product at a time. */
-void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d) {
-    bgc_core *core = &d->core;
-    bgc_choice *choice = &core->choice;
-    const double most = (choice->is_explicit ? resolved_to_stay : resolved_to_enter) / core->step;
+/* After an accepted fixed step to t: explicit where the steps resolve all modes, by an estimate of the
+ * spectral radius that takes one product at a time. There is a partner. */
+void bgc_choose_fixed(const bgc_chooser *of, double t) {
+    bgc_choice *choice = of->choice;
+    const double most =
+        (choice->is_explicit ? resolved_to_stay : resolved_to_enter) / of->option->step;
 
-    if (choice->partner < 0 || core->algebraic > 0) {
-        return;
-    }
     choice->attempts++;
-    core->counts.explicit_steps += choice->is_explicit;
+    of->counts->explicit_steps += choice->is_explicit;
     if (choice->is_explicit && choice->product > fmax(resolved_to_stay, grown * choice->usual)) {
         choice->look = choice->attempts;
     }
@@ -89,12 +72,12 @@ void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d) {
     }
 
     /* One product. */
-    if (bgc_continue_estimate(m, d, most) == BGC_ESTIMATING) {
-        choice->look = choice->attempts + (core->spectrum.estimates > 0 ? BETWEEN_PRODUCTS : 1);
+    if (of->continue_estimate(of->run, most) == BGC_ESTIMATING) {
+        choice->look = choice->attempts + (of->spectrum->estimates > 0 ? BETWEEN_PRODUCTS : 1);
         return;
     }
-    if ((core->spectrum.radius <= most) != choice->is_explicit) {
-        change_fixed_method(core);
+    if ((of->spectrum->radius <= most) != choice->is_explicit) {
+        change_fixed_method(of, t);
     }
     if (choice->is_explicit) {
         choice->pause = BETWEEN_ESTIMATES;
@@ -104,4 +87,46 @@ void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d) {
         choice->pause = choice->pause < LONGEST_FIXED_PAUSE ? choice->pause : LONGEST_FIXED_PAUSE;
     }
     choice->look = choice->attempts + choice->pause;
+}
+
+/* --- one instance -------------------------------------------------------------------------- */
+
+static double middle_product(void *run) {
+    const bgc_single *single = run;
+    const bgc_data *d = single->d;
+    const size_t width = bgc_padded(single->m->n_state);
+
+    return bgc_product_of_middle(single->m->n_state, d->scale, d->stages, d->stages + width,
+                                 d->stages + 2 * width);
+}
+
+static bgc_chooser fixed_chooser_of(bgc_single *single) {
+    bgc_chooser of = bgc_chooser_of(single);
+
+    of.find_product = middle_product;
+    return of;
+}
+
+int bgc_return_from_partner(const bgc_model *m, bgc_data *d) {
+    bgc_single single = {m, d};
+    const bgc_chooser of = fixed_chooser_of(&single);
+
+    return bgc_return_to_implicit(&of, d->core.t);
+}
+
+int bgc_rejects_explicit_step(const bgc_model *m, bgc_data *d) {
+    bgc_single single = {m, d};
+    const bgc_chooser of = fixed_chooser_of(&single);
+
+    return bgc_rejects_product(&of, d->core.t);
+}
+
+/* After an accepted step to d->next, before that becomes the present. */
+void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d) {
+    bgc_single single = {m, d};
+
+    if (d->core.choice.partner >= 0 && d->core.algebraic == 0) {
+        const bgc_chooser of = fixed_chooser_of(&single);
+        bgc_choose_fixed(&of, d->core.t);
+    }
 }

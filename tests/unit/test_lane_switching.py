@@ -12,19 +12,22 @@ import bgc
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.running import batches
-from bgc.runtime.running.methods import SWITCHING
+from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED
 
 # Oscillators of van der Pol, each of which pulls at all others, so that explicit steps cost half.
-# The first may meet a wall, and `late` becomes fast, if at all, at 16 s.
+# The first may meet a wall, and `late` becomes fast, if at all, while the run goes on.
 RING = """
 model Ring {
   const n = 8;
   param mu = 1;
   param wall = 100;
   param fast = 0;
+  param waking = 16;
+  param soft = 0.3;
   state y[n] = [2.0, 1.5, -1.0, 0.5, -2.0, 1.0, 0.2, -0.7];
   state v[n] = zeros(n);
   state late = 1;
+  state clock = 0;
   signal sines[n];
   signal cosines[n];
   for i in 1..n {
@@ -35,8 +38,9 @@ model Ring {
       + (if i == 1 and y[1] > wall then 5*(wall - y[1]) else 0)) / 1 s;
   }
   der(y) = v / 1 s;
-  let rate = fast*exp(-((time / 1 s - 20)/2)^4);
-  der(late) = (rate*(cos(time / 1 s) - late) - sin(time / 1 s)) / 1 s;
+  let rate = fast*(1 + tanh((clock - waking)/soft))/2;
+  der(late) = (rate*(cos(clock) - late) - sin(clock)) / 1 s;
+  der(clock) = 1 / 1 s;
 }
 scene s of Ring { observe y, v, late; run 20 s every 0.37 s; }
 """
@@ -92,11 +96,12 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> dict[int, Mapping[str, float]]:
 
 
 def errors(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarray:
-    """The largest difference of each instance from a run alone at a tight tolerance."""
+    """The largest difference of each instance from a run alone, by default at a tight tolerance."""
+    options = options or {"solver": "rodas5p", "rtol": 1e-10}
     found = []
     for k in range(len(ensemble)):
         values = {name: each[k] for name, each in ensemble.parameters.items()}
-        run = model.simulate(parameters=values, solver="rodas5p", **{"rtol": 1e-10, **options})
+        run = model.simulate(parameters=values, **options)
         alone = np.column_stack([run[name] for name in ensemble.names])
         found.append(np.abs(ensemble.values[k] - alone).max())
     return np.array(found)
@@ -159,5 +164,42 @@ def test_an_arm_swings_by_explicit_steps(tmp_path: Path, counts) -> None:
     assert ensemble.solver == SWITCHING and ensemble.together == 4
     assert counts[0]["explicit_steps"] > 0.5 * counts[0]["steps"]
     assert counts[0]["method_changes"] >= 2
-    assert errors(model, ensemble, rtol=1e-9).max() < 1e-5
+    assert errors(model, ensemble, solver="rodas5p", rtol=1e-9).max() < 1e-5
     assert np.abs(ensemble["rest"]).max() < 1e-5
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 0.4])
+def test_fixed_steps_of_instances_that_are_alike_are_those_of_one_alone(ring, counts, step) -> None:
+    """To rounding, with the same warnings of steps that are too long."""
+    options = {"step": step, "substeps": 1}
+    ensemble = ring.simulate_many({"mu": [1.0] * 4}, **options)
+    run = ring.simulate(**options)
+    assert ensemble.solver == run.solver == SWITCHING_FIXED
+    assert ensemble.together == 4
+    np.testing.assert_allclose(ensemble["y[1]"][2], run["y[1]"], atol=1e-10)
+    assert counts[2]["explicit_steps"] == run.counts["explicit_steps"]
+    assert counts[2]["method_changes"] == run.counts["method_changes"]
+    assert (counts[2]["explicit_steps"] > 0) == (step < 0.2)
+    alone = [(w.code, w.message) for w in run.warnings]
+    assert [(w.code, w.message) for w in ensemble.run_warnings.get(2, ())] == alone
+
+
+@pytest.mark.parametrize("soft", [0.3, 1e-3])
+def test_fixed_steps_are_implicit_while_an_instance_is_stiff(ring, counts, soft) -> None:
+    """Also where it becomes so within a step, which the implicit method takes again."""
+    values = {"fast": [0.0, 0.0, 1e6, 0.0], "soft": [soft] * 4, "waking": [10.0] * 4}
+    ensemble = ring.simulate_many(values, step=0.01, substeps=1)
+    assert ensemble.together == 4
+    assert errors(ring, ensemble).max() < 1e-4
+    several = counts[2]
+    assert several["method_changes"] >= 2
+    assert 0.2 < several["explicit_steps"] / several["steps"] < 0.8
+
+
+def test_fixed_steps_meet_events_by_the_method_of_all(ring, counts) -> None:
+    """Those that an instance cuts at an event are explicit too: rows agree to rounding."""
+    ensemble = ring.simulate_many({"wall": [1.5] * 4}, step=0.01)
+    assert ensemble.together == 4
+    assert errors(ring, ensemble, step=0.01).max() < 1e-10
+    assert all(counts[k]["events"] > 0 for k in range(4))
+    assert counts[0]["explicit_steps"] > 0.9 * counts[0]["steps"]

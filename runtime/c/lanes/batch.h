@@ -122,6 +122,8 @@ void bgc_batch_rejoin(bgc_batch *b);
 /* --- lane_switching.c */
 void bgc_batch_begin_choice(bgc_batch *b);
 void bgc_batch_choose_method(bgc_batch *b, double h);
+void bgc_batch_choose_fixed_method(bgc_batch *b);
+int bgc_batch_rejects_explicit_step(bgc_batch *b, unsigned bad);
 void bgc_batch_count_rejection(bgc_batch *b);
 void bgc_batch_take_method(bgc_batch *b);
 void bgc_batch_give_method(const bgc_batch *b, bgc_data *d);

@@ -18,7 +18,7 @@ static void keep_stage(bgc_batch *b) {
     memcpy(b->stages + b->m->n_state, b->stages, (size_t)b->m->n_state * sizeof *b->stages);
 }
 
-/* At the start of a run: which stages enter the corrections. None under error control, nor where steps
+/* At the start of a run, and where the method changes: which stages enter the corrections. None under error control, nor where steps
  * are subdivided by their error. */
 void bgc_batch_begin_corrections(bgc_batch *b) {
     const bgc_tableau *tableau = b->method->tableau;

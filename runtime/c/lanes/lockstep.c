@@ -109,16 +109,22 @@ static double clear_of_all(const bgc_batch *b, double h) {
 static void attempt_fixed(bgc_batch *b) {
     const double step = b->option->step;
     bgc_lane_balance balance;
+    unsigned bad;
 
     bgc_batch_evaluate_f(b);
     bgc_batch_advance(b, step);
     b->held = (b->held == 0 ? b->option->keep : b->held) - 1;
-    release_lanes(b, bgc_batch_bad(b, b->m->n_state, b->next));
+    bad = bgc_batch_bad(b, b->m->n_state, b->next);
+    if (bgc_batch_rejects_explicit_step(b, bad)) {
+        return;
+    }
+    release_lanes(b, bad);
     if (b->option->substeps > 1) {
         judge_lanes(b);
     }
     release_moving(b, step);
     move(b, b->option->origin + (double)(b->ticks + 1) * step);
+    bgc_batch_choose_fixed_method(b);
     bgc_batch_watch_switches(b);
     if (b->option->accounts) {
         bgc_batch_balance(b, &balance);
