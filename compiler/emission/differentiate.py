@@ -56,6 +56,8 @@ def differentiated_rows(
     `column_of` gives the column of a symbol, None for a constant one. None if both ways take more
     than `most` nodes.
     """
+    if most is not None and most < 0:
+        return None
     first = dag.copy()
     limit = None if most is None else len(dag) + most
     rows = _forward_rows(first, outputs, column_of, limit)

@@ -14,7 +14,7 @@ of r. -r_z is the reduced mass, so pivots on the diagonal are as safe as those o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
@@ -60,10 +60,23 @@ class ImplicitForms:
     by_time: tuple[Node, ...]
     slopes: tuple[tuple[int, int], ...]
 
-    def accumulated(self) -> tuple[Program, Jacobian]:
-        """With the speeds alone as inner unknowns z, and all derivatives accumulated."""
-        found = differentiated_rows(self.form.dag, self._outputs, self._column)
-        assert found is not None
+    @property
+    def size(self) -> int:
+        """The number of states and speeds."""
+        return len(self.program.states) + len(self.speeds)
+
+    def places(self) -> tuple[tuple[int, int], ...]:
+        """The places at which the derivatives by states and speeds may have entries, sorted."""
+        return _dependences(self.form.dag, self._outputs, self._column, self.size)
+
+    def accumulated(self, most: int | None = None) -> tuple[Program, Jacobian] | None:
+        """With the speeds alone as inner unknowns z, and all derivatives accumulated.
+
+        None if these take more than `most` nodes.
+        """
+        found = differentiated_rows(self.form.dag, self._outputs, self._column, most)
+        if found is None:
+            return None
         dag, rows = found
         return self._joined(dag, jacobian_of(dag, rows), len(self.speeds))
 
@@ -74,11 +87,10 @@ class ImplicitForms:
         """
         if self.program.mass is not None:
             return None
-        size, count = len(self.program.states), len(self.speeds)
         graph = DerivativeGraph(dag := self.form.dag.copy(), self._outputs, self._column)
         graph.eliminate_choices()
         pattern = {target: edges.keys() for target, edges in graph.edges().items()}
-        speeds = range(size, size + count)
+        speeds = range(len(self.program.states), self.size)
         orders = (order_elimination(pattern, speeds, settings) for settings in _SETTINGS)
         return KeptOrder(dag, graph, min(orders, key=lambda order: order.products))
 
@@ -86,9 +98,8 @@ class ImplicitForms:
         """With intermediate values in z too, and an order of the pivots. An order serves once."""
         for vertex in kept.order.accumulated:
             kept.graph.accumulate(vertex)
-        inner = len(self.speeds)
-        local = _with_kept(kept.dag, kept.graph, kept.order, len(self.program.states) + inner)
-        return self._joined(kept.dag, local, inner + len(kept.order.kept))
+        local = _with_kept(kept.dag, kept.graph, kept.order, self.size)
+        return self._joined(kept.dag, local, len(self.speeds) + len(kept.order.kept))
 
     @property
     def _outputs(self) -> tuple[Node, ...]:
@@ -159,19 +170,28 @@ def _with_kept(dag: Dag, graph: DerivativeGraph, order: Order, size: int) -> Jac
 
 def dependences(program: Program) -> tuple[tuple[int, int], ...]:
     """The places at which df/dx may have entries, sorted."""
-    dag = program.dag
-    reads: dict[Node, int] = {}  # node -> the states that it depends on, as bits
     outputs = [state.derivative for state in program.states]
+    return _dependences(
+        program.dag, outputs, lambda s: s.index if s.kind is Kind.STATE else None, len(outputs)
+    )
+
+
+def _dependences(
+    dag: Dag, outputs: Sequence[Node], column_of: Callable[[Symbol], int | None], size: int
+) -> tuple[tuple[int, int], ...]:
+    """The places of rows of derivatives by the symbols with a column, of `size` columns."""
+    reads: dict[Node, int] = {}  # node -> the columns that it depends on, as bits
     for node in dag.reachable(outputs):
         symbol = dag.symbol_of(node)
-        bits = 1 << symbol.index if symbol is not None and symbol.kind is Kind.STATE else 0
+        column = column_of(symbol) if symbol is not None else None
+        bits = 0 if column is None else 1 << column
         for operand in dag.operands(node):
             bits |= reads[operand]
         reads[node] = bits
     return tuple(
         (row, column)
         for row, output in enumerate(outputs)
-        for column in range(len(outputs))
+        for column in range(size)
         if reads[output] >> column & 1
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
 
@@ -9,7 +10,7 @@ from bgc.emission.differentiate import differentiate, differentiate_within, oper
 from bgc.emission.implicit_speeds import implicit_forms
 from bgc.emission.optimise import number_values
 from bgc.emission.print_lu import solve_operations
-from bgc.emission.sparse import plan_lu
+from bgc.emission.sparse import mass_places, plan_lu, plan_pattern
 from bgc.emission.timed_terms import find_timed_terms
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, LuPlan, Switch
@@ -24,29 +25,50 @@ _KEPT_GAIN = (
     0.75  # solutions along a chain take longer than their operations: one waits for another
 )
 _LARGE = 20_000  # operations from which on intermediate values may be worth keeping
+_NODES = 1.3  # for each operation, at most: some are made and not used
+_LONG = 8_000  # products with kept vertices below which the other forms are not as large
 
 
 def planned(program: Program, switches: tuple[Switch, ...]) -> Planned:
     """The Jacobian of a program and the plan of its factorisation, in the form of least cost.
 
-    With the results of `_optimised`.
+    With the results of `_optimised`. The form with kept vertices comes first: what it costs is
+    known from patterns, and bounds the work on the others.
     """
     forms = implicit_forms(program)
     if forms is None:
         return _with_plan(_optimised(*differentiate(program), switches))
-    other = _with_plan(_optimised(*forms.accumulated(), switches))
+    other, most = None, None
+    kept = forms.order()
+    if kept is not None and kept.order.products > _LONG:
+        other = _with_plan(_optimised(*forms.with_kept_vertices(kept), switches))
+        most = max(_LARGE, int(_cost(other) / _KEPT_GAIN))
+    nodes = None if most is None else _nodes(program, most, forms.size, forms.places())
+    accumulated = forms.accumulated(nodes)
+    if accumulated is not None:
+        wide = _with_plan(_optimised(*accumulated, switches))
+        if other is None or most is None or _cost(wide) <= most:
+            other = wide
+    assert other is not None
     cost = _cost(other)
-    if cost > _LARGE:
-        kept = forms.order()
-        if kept is not None and kept.order.products <= cost - _SOLUTIONS * _solution(other):
-            narrow = _with_plan(_optimised(*forms.with_kept_vertices(kept), switches))
-            if _cost(narrow) < _KEPT_GAIN * cost:
-                other, cost = narrow, _cost(narrow)
-    explicit = differentiate_within(program, max(cost, _LEAST))
+    least = int(max(cost / _GAIN, _LEAST))
+    explicit = differentiate_within(
+        program, _nodes(program, least, len(program.states), forms.slopes)
+    )
     if explicit is None:
         return other
     usual = _with_plan(_optimised(*explicit, switches))
     return other if cost < _GAIN * _cost(usual) and _cost(usual) > _LEAST else usual
+
+
+def _nodes(program: Program, most: int, size: int, places: Iterable[tuple[int, int]]) -> int:
+    """The nodes that derivatives at these places may take where `most` operations are allowed.
+
+    Factorisation and solutions are counted on the pattern.
+    """
+    plan = plan_pattern(size, mass_places(program), places)
+    left = most - plan.operations - _SOLUTIONS * solve_operations(plan, len(program.states))
+    return int(_NODES * left)
 
 
 def _with_plan(

@@ -33,15 +33,16 @@ def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
         plan = plan_in_order(jacobian.size, places, jacobian.pivots)
         return with_units(plan, program, jacobian)
     places = zip(jacobian.rows, jacobian.columns, strict=True)
-    return plan_pattern(jacobian.size, _entries_of_mass(program), places)
+    return plan_pattern(jacobian.size, mass_places(program), places)
 
 
 def entries_of_matrix(program: Program, jacobian: Jacobian) -> set[tuple[int, int]]:
     """The positions of the entries of the iteration matrix of a program."""
-    return _entries_of_mass(program).union(zip(jacobian.rows, jacobian.columns, strict=True))
+    return mass_places(program).union(zip(jacobian.rows, jacobian.columns, strict=True))
 
 
-def _entries_of_mass(program: Program) -> set[tuple[int, int]]:
+def mass_places(program: Program) -> set[tuple[int, int]]:
+    """The positions of the entries of M."""
     if program.mass is None:
         return {(i, i) for i in range(len(program.states))}
     return {(entry.row, entry.column) for entry in program.mass}

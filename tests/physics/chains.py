@@ -113,7 +113,9 @@ def solved_in_f() -> Iterator[None]:
         yield
 
 
-def _with_kept_vertices(forms: implicit_speeds.ImplicitForms) -> tuple[Program, Jacobian]:
+def _with_kept_vertices(
+    forms: implicit_speeds.ImplicitForms, most: int | None = None
+) -> tuple[Program, Jacobian]:
     kept = forms.order()
     assert kept is not None
     return forms.with_kept_vertices(kept)

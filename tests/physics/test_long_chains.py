@@ -25,6 +25,7 @@ from random_arms import random_arm
 import bgc
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission import least_cost
 from bgc.ir.defaults import default_values
 from bgc.ir.lowered import Lowered
 
@@ -119,6 +120,18 @@ def test_the_order_of_elimination_follows_an_arm_with_slides() -> None:
     """Slides reach fewer vertices than hinges further out: in that order the ratio was 2.9."""
     few, many = (elimination_products(arm_of_boxes(n, slides=True)) for n in (12, 20))
     assert many / few < 2.3
+
+
+@pytest.mark.parametrize("slides", [False, True])
+def test_bounds_on_the_work_leave_the_cheapest_form(
+    slides: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = arm_of_boxes(8, slides)
+    monkeypatch.setattr(least_cost, "_LONG", 0)
+    monkeypatch.setattr(least_cost, "_LARGE", 0)
+    bounded = operations(lowered(source))
+    monkeypatch.setattr(least_cost, "_NODES", 1e9)
+    assert bounded == operations(lowered(source))
 
 
 # --- runs --------------------------------------------------------------------------------------
