@@ -177,9 +177,9 @@ def _ended(program: Program, place: Path, refused: Refused) -> tuple[str, str] |
     row = vanishing(raw, run_text(write(short), place), refused.end)
     if row:
         return "ends", f"{refused} at t = {refused.end:.4g}: a coefficient of {row} vanishes"
-    for method in ("LSODA", "Radau"):
+    for method, most in (("LSODA", 2.0), ("Radau", 6.0)):
         try:
-            reference_of(program.with_scene(rows=20), rtol=1e-6, method=method, most=10.0)
+            reference_of(program.with_scene(rows=20), rtol=1e-6, method=method, most=most)
         except NoSolution as err:
             found = LAST.search(str(err))
             if found is not None and abs(float(found[1]) / refused.end - 1) <= SAME_END:
