@@ -74,13 +74,13 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
         const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
         const double swing = larger(growth * d->swing[k], change);
         const double nearest = bgc_lesser_depth(operation, mode, before, z[k]);
-        if (rests_on_edge(d, k, z[k], growth)) {
-            resting = 1;
-            continue;
-        }
         if (isnan(mode) || (!(nearest > far_from_edge * swing) &&
                             (swing != 0.0 || bgc_is_outside(m, d, k, z[k])))) {
-            return 0;
+            if (isnan(mode) || !rests_on_edge(d, k, z[k], growth)) {
+                return 0;
+            }
+            resting = 1;
+            continue;
         }
         d->swing[k] = swing;
     }
