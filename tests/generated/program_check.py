@@ -14,7 +14,7 @@ modulus    the compiler refuses to divide by a modulus of the program that may v
 reference  the compiler refuses, the reference does not get through, and the raw equations are
            regular near random points
 ends       the run ends with a status and satisfies its equations until then; the coefficient of an
-           unknown vanishes at that time, or the reference ends at it too
+           unknown vanishes at that time and the reference ends too, or it ends at that time
 open       the reference finds the program ill-posed, the compiler runs it
 ill        both refuse, or the raw equations are singular near random points
 differs    numbers differ: from equations or reference, or between variants
@@ -175,17 +175,20 @@ def _ended(program: Program, place: Path, refused: Refused) -> tuple[str, str] |
         return None
     raw = raw_equations(short)
     row = vanishing(raw, run_text(write(short), place), refused.end)
-    if row:
-        return "ends", f"{refused} at t = {refused.end:.4g}: a coefficient of {row} vanishes"
+    at = f"{refused} at t = {refused.end:.4g}"
     for method, most in (("LSODA", 2.0), ("Radau", 6.0)):
         try:
             reference_of(program.with_scene(rows=20), rtol=1e-6, method=method, most=most)
         except NoSolution as err:
             found = LAST.search(str(err))
+            if row:
+                return "ends", f"{at}: a coefficient of {row} vanishes"
             if found is not None and abs(float(found[1]) / refused.end - 1) <= SAME_END:
-                return "ends", f"{refused} at t = {refused.end:.4g}; {method}: {err}"[:120]
+                return "ends", f"{at}; {method}: {err}"[:120]
         except (IllPosed, np.linalg.LinAlgError):
-            return None
+            return ("ends", f"{at}: a coefficient of {row} vanishes") if row else None
+        else:
+            return None  # a solution passes this time
     return None
 
 
