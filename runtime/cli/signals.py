@@ -6,7 +6,7 @@ import signal
 from dataclasses import dataclass
 from types import FrameType
 
-_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C; a batch system; a terminal that was closed
+ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C; a batch system; a terminal that was closed
 
 
 @dataclass(slots=True)
@@ -32,7 +32,7 @@ def catch_signals() -> Caught:
         caught.number = caught.number or number
         raise KeyboardInterrupt
 
-    for name in _ENDING:
+    for name in ENDING:
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, interrupt)
@@ -50,7 +50,7 @@ def outlive_clients() -> None:
 
 def end_at_signals() -> None:
     """Let signals end the process at once: nothing is left to be written."""
-    for name in _ENDING:
+    for name in ENDING:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)

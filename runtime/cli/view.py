@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 import sys
 import webbrowser
@@ -33,6 +32,7 @@ from bgc.runtime.cli.options import (
     use_option,
     whole_option,
 )
+from bgc.runtime.cli.serving import run_until_signal
 from bgc.runtime.cli.signals import outlive_clients
 from bgc.runtime.model import Model
 from bgc.runtime.results.files import written_whole
@@ -176,7 +176,7 @@ def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
     from bgc.runtime.view.server import Server
 
     server = Server(recording.description, recording.meshes, recording.rows)
-    asyncio.run(server.serve(port, _announcing(server, no_browser)))
+    run_until_signal(server.serve(port, _announcing(server, no_browser)))
 
 
 def _serve_model(
@@ -218,7 +218,7 @@ def _serve_model(
             player.start(first)
             _announcing(server, no_browser)()
 
-        asyncio.run(server.serve(port, ready))
+        run_until_signal(server.serve(port, ready))
     finally:
         player.close()
         run.close()

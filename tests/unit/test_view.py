@@ -518,6 +518,8 @@ def test_what_is_missing_is_named(file, monkeypatch):
 @pytest.mark.skipif(not hasattr(time, "pthread_getcpuclockid"), reason="POSIX signals")
 def test_ctrl_c_ends_the_command_at_once(file, monkeypatch):
     program = (
+        # Shells ignore SIGINT in background jobs.
+        "import signal; signal.signal(2, signal.default_int_handler)\n"
         "import bgc.runtime.cli.view as v, bgc.runtime.view.server as s\n"
         "v.bundle = s.bundle = lambda: ''\n"
         "from bgc.runtime.cli import main; main()\n"
