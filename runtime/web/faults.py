@@ -128,6 +128,7 @@ def _failed(model: LoadedModel, index: int, device_reason: str = "") -> SimpleNa
         ),
         time=_Open("time"),
         failed_time=_Open("failed_time"),
+        given={},
         failed_assertion=index,
         failed_state=index,
         failed_parameter=index,
