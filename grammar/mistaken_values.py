@@ -7,6 +7,7 @@ import re
 from lark import Token
 
 from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.grammar.error_context import (
     OPERAND_ENDS,
@@ -98,3 +99,17 @@ def reciprocal_unit(text: str) -> str:
     name, power, rest = found[1], found[2] or "1", found[3]
     inverse = power[1:] if power.startswith("-") else f"-{power}"
     return f"{name}{'' if inverse == '1' else f'^{inverse}'}{rest}"
+
+
+def power_of_unit(span: Span, unit: str, power: str) -> Diagnostic:
+    """Answer a power glued to a unit: `10 s-1` would be 10 s less 1."""
+    number, _, word = unit.partition(" ")
+    if word in ("e", "E"):
+        message = "an exponent follows the digits of its number without a blank"
+        return wrong.misspelt_number(span, message, f"write `{number}e-{power}`")
+    spelt = f"{unit}^-{power}"
+    return wrong.misspelt_number(
+        span,
+        "a power of a unit is written with `^`",
+        f"write `{spelt}` for a unit, `{unit} - {power}` for a difference",
+    )

@@ -13,6 +13,7 @@ from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.grammar.mistaken_values import power_of_unit
 from bgc.grammar.tokens import ParseTree, end_of, span_of, start_of
 
 MAX_DEPTH = 200
@@ -115,7 +116,7 @@ class ExpressionTransform:
             right = self.expression(operand, depth + 1)
             span = self.span(children[0]).to(self.span(operand))
             if power := _GLUED_POWER.search(span.text if operator == "-" else ""):
-                self.report(wrong.power_of_unit(span, power[1], power[2]))
+                self.report(power_of_unit(span, power[1], power[2]))
             made = syntax.Binary(str(operator), made, right, span)
         return made
 

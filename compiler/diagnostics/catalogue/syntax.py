@@ -110,20 +110,6 @@ def misspelt_number(span: Span, message: str, help: str) -> Diagnostic:
     return error("BG106", message, span, help=help)
 
 
-def power_of_unit(span: Span, unit: str, power: str) -> Diagnostic:
-    """BG106, of a unit with a glued power: `10 s-1` would be 10 s less 1."""
-    number, _, word = unit.partition(" ")
-    if word in ("e", "E"):
-        message = "an exponent follows the digits of its number without a blank"
-        return misspelt_number(span, message, f"write `{number}e-{power}`")
-    spelt = f"{unit}^-{power}"
-    return misspelt_number(
-        span,
-        "a power of a unit is written with `^`",
-        f"write `{spelt}` for a unit, `{unit} - {power}` for a difference",
-    )
-
-
 def unknown_character(span: Span, shown: str, help: str) -> Diagnostic:
     """BG107: a character that the language does not use
 
