@@ -467,7 +467,7 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         line.dispatch_event("click")
         card = view.page.locator(".card").inner_text()
         effort = view.ask("bgcView.row[0]")
-        assert f"{effort:.4g}" in card and "Stroke at the tail" in card and "line 5" in card
+        assert f"{effort:.4g}" in card and "Stroke at the tail" in card and "line 6" in card
         view.check_access()
         view.page.locator("svg.graph .node", has_text="capacitor").dispatch_event("click")
         view.until("!document.querySelector('.chosen').hidden")
