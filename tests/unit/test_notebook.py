@@ -1,6 +1,7 @@
 """The Python interface in scripts and notebooks: quantities, views, exports, short errors."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -76,6 +77,23 @@ def test_a_wrong_argument_is_refused_at_the_door(model, result):
     assert code_of(model.rhs, 0.1) == "BG791"
     assert code_of(model.jacobian, [1, 2, 3]) == "BG791"
     assert code_of(result.__getitem__, "capacitor") == "BG065"
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("parameters", 3, "`parameters` has the type int, where a mapping such as a dict or None"),
+        ("parameters", ["R"], "`parameters` has the type list"),
+        ("solver", 3, "`solver` has the type int, where a text or None"),
+        ("start", 1, "`start` has the type int, where a text or None"),
+        ("substeps", 2.5, "`substeps` has the type float, where an integer or None"),
+        ("devices", "hand", "`devices` has the type str"),
+    ],
+)
+def test_an_argument_of_another_type_is_a_type_error_with_its_name(model, name, given, message):
+    with pytest.raises(TypeError, match=re.escape(message)) as caught:
+        model.simulate(**{name: given})
+    assert len(caught.traceback) == 2  # this line, and the door
 
 
 # --- short errors ---------------------------------------------------------------------------
