@@ -2,7 +2,7 @@
 // that the page may take is dragged here too.
 
 import { button, el } from "./dom.js";
-import { number } from "./numbers.js";
+import { fixed } from "./numbers.js";
 import { reader } from "./parts.js";
 import { Tilt } from "./tilt.js";
 
@@ -137,7 +137,7 @@ export class Handle {
     this.dot.setAttribute("cy", py);
     this.spoke.setAttribute("d", `M${MIDDLE} ${MIDDLE}L${px} ${py}`);
     this.bar.setAttribute("y", MIDDLE - 3 - z * scale);
-    this.text.textContent = `${[x, y, z].map((v) => number(1000 * v, 2)).join("  ")} mm`;
+    this.text.textContent = `${[x, y, z].map((v) => fixed(1000 * v, this.reach < 1 ? 1 : 0)).join("  ")} mm`;
     if (!hand) return;
     const fed = ["pointer", "gamepad"].includes(hand.device.driver);
     this.by.textContent = this.tilt?.problem ? this.tilt.problem : hand.taken ? hand.by ?? "on the page" : fed ? "drag it" : hand.device.driver;

@@ -4,6 +4,8 @@ const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 3: "k", 6: "M", 9: "G" };
 const PREFIXED = /^(m|s|N|Pa|J|W|V|A|C|Wb|Hz|F|H|ohm|N\*m|rad|rad\/s|m\/s)$/;
 
+const MOST_DECIMALS = 6;
+
 const raised = (exponent) => [...String(exponent)].map((c) => RAISED[c] ?? c).join("");
 
 // A number in at most `digits` significant digits: 0.0125, −3.2·10⁻⁷, ∞.
@@ -21,6 +23,22 @@ export function typed(value, digits = 4) {
   const size = Math.abs(value);
   if (size >= 1e-3 && size < 1e6) return String(Number(value.toPrecision(digits)));
   return value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
+}
+
+// A value of a curve whose largest size is `largest`, on an axis from `low` to `high`: with the decimals that give
+// that size four digits and its range on the axis two, so that it keeps its width. What is rounding on the axis is 0.
+export function onAxis(value, largest, low, high) {
+  if (!Number.isFinite(value) || !(largest > 0) || !(high > low)) return number(value);
+  if (largest < 1e-7 * Math.max(Math.abs(low), Math.abs(high))) return "0";
+  const digits = (size, count) => count - 1 - Math.floor(Math.log10(size));
+  const decimals = Math.max(0, Math.min(MOST_DECIMALS, Math.max(digits(largest, 4), digits(high - low, 2))));
+  return fixed(value, decimals);
+}
+
+// A number with a count of decimals.
+export function fixed(value, decimals) {
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
 // A unit as it is printed: N·m, m/s², s⁻¹; of one that a user has named `name [unit]` its own part.

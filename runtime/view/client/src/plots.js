@@ -2,7 +2,7 @@
 
 import uPlot from "uplot";
 import { el } from "./dom.js";
-import { commonExponent, number, scaledUnit, timeUnit, unitText } from "./numbers.js";
+import { commonExponent, number, onAxis, scaledUnit, timeUnit, unitText } from "./numbers.js";
 
 // Okabe and Ito's colours, which colour-blind readers can tell apart; in two lightnesses.
 const COLOURS = {
@@ -18,6 +18,7 @@ class Plot {
     this.quantities = panel.quantities.map((k) => description.observed[k]);
     this.across = panel.across == null ? null : description.observed[panel.across];
     this.units = [...new Set(this.quantities.map((q) => q.unit))];
+    this.largest = this.quantities.map(() => 0); // sizes shown so far
     this.seek = seek;
     this.legend = el("div", { class: "legend" });
     this.chart = el("div", { class: "chart" });
@@ -45,7 +46,7 @@ class Plot {
     // The first unit is that of the left axis, all others share the right one.
     const sides = [this.units.slice(0, 1), this.units.slice(1)].filter((of) => of.length);
     const side = (of, k) => axis({
-      scale: `y${k}`, side: k ? 1 : 3, size: 46, space: 24, grid: k ? { show: false } : grid,
+      scale: `y${k}`, side: k ? 1 : 3, size: roomFor, space: 20, grid: k ? { show: false } : grid,
       label: (u) => of.map((unit) => scaledUnit(unit, exponentOf(u.scales[`y${k}`]))).join(", "), labelSize: 16, labelFont: font, labelGap: 0,
     });
     const scales = { x: { time: false, range: () => this.range } };
@@ -132,7 +133,12 @@ class Plot {
   showValues(row = this.row) {
     this.row = row;
     this.quantities.forEach((q, k) => {
-      const text = number(row?.[q.column] / q.factor / 10 ** (this.exponents[this.scaleOf(q)] ?? 0), 4);
+      const scale = this.scaleOf(q);
+      const unit = 10 ** (this.exponents[scale] ?? 0);
+      const { min, max } = this.uplot?.scales[scale] ?? {};
+      const value = row?.[q.column] / q.factor;
+      this.largest[k] = Math.max(this.largest[k], Math.abs(value) || 0);
+      const text = onAxis(value / unit, this.largest[k] / unit, min / unit, max / unit);
       if (this.values[k].textContent !== text) this.values[k].textContent = text;
     });
   }
@@ -248,6 +254,10 @@ export function commonHead(names) {
   if (at && names.every((name) => name.startsWith(head) && !name.slice(at).includes("."))) return [head.slice(0, -1), names.map((name) => name.slice(at))];
   return ["", names];
 }
+
+// The width of an axis: that of its longest label, and at least that which most plots need, so that plots are
+// in line with each other. `labels` are null at the first call.
+const roomFor = (_, labels) => Math.max(48, 12 + 6.4 * Math.max(0, ...(labels ?? []).map((text) => text.length)));
 
 const exponentOf = ({ min, max }) => commonExponent(Math.max(Math.abs(min ?? 0), Math.abs(max ?? 0)));
 
