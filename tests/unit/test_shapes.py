@@ -378,7 +378,7 @@ def test_all_shapes_of_the_library_are_valid():
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
         "SolidBox", "SolidCylinder", "SolidSphere",
         "RegularWave", "RollTank", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
-        "GantryCrane", "Excavator", "ArmCell", "CraneAtSea",
+        "GantryCrane", "GantryOnQuay", "Excavator", "ArmCell", "CraneAtSea",
         "LoadCell", "Member", "KnuckleBoomMechanism", "Gyroscope", "Swing", "Ur5", "Ur10", "Panda",
         "VirtualWall",
     }  # fmt: skip

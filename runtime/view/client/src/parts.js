@@ -107,7 +107,11 @@ function capsule(radius, length) {
   return new THREE.CapsuleGeometry(radius, length, 10, 28).rotateX(Math.PI / 2);
 }
 
-// A ship's hull: bow along x, its deck at the top, a transom stern. The deck is a group of its own.
+// Shares of the hull's height, breadth and length; the bulwark rises over some of its first stations.
+const BULWARK = { height: 0.1, thickness: 0.02, begins: 0.12, rise: 4 };
+
+// A ship's hull: bow along x, its deck at the top, a transom stern, and a bulwark around the deck that is open
+// astern. The deck is a group of its own.
 function hull(length, breadth, height) {
   const [stations, ribs] = [48, 14];
   const [top, keel] = [height / 2, -height / 2];
@@ -155,8 +159,28 @@ function hull(length, breadth, height) {
     const a = transom + 2 * j;
     index.push(a, a + 1, a + 2, a + 1, a + 3, a + 2);
   }
+  // The bulwark: its outer face, its rail and its inner face, from side to side by way of the bow.
+  const edge = points
+    .filter((_, k) => k % (ribs + 1) === ribs)
+    .slice(Math.round(BULWARK.begins * stations))
+    .map(([x, y], k) => ({ x, y, rail: top + BULWARK.height * height * Math.min(1, k / BULWARK.rise) }));
+  const round = [...edge.map((p) => ({ ...p, side: 1 })), ...edge.map((p) => ({ ...p, side: -1 })).reverse()];
+  const inward = (y) => Math.max(0, y - BULWARK.thickness * breadth);
+  const faces = [
+    ({ y, rail }) => [[y, top], [y, rail]],
+    ({ y, rail }) => [[y, rail], [inward(y), rail]],
+    ({ y, rail }) => [[inward(y), rail], [inward(y), top]],
+  ];
+  for (const face of faces) {
+    const base = positions.length / 3;
+    for (const p of round) for (const [y, z] of face(p)) positions.push(p.x, p.side * y, z);
+    for (let i = 0; i + 1 < round.length; i++) {
+      const a = base + 2 * i;
+      index.push(a, a + 1, a + 2, a + 1, a + 3, a + 2);
+    }
+  }
   const shell = index.length;
-  // The deck, a little below the edge, which stands as a bulwark.
+  // The deck.
   const deck = positions.length / 3;
   for (let i = 0; i <= stations; i++) {
     const [x, y] = points[i * (ribs + 1) + ribs];

@@ -67,6 +67,12 @@ function dull(surfaces) {
   for (const surface of [surfaces ?? []].flat()) surface.metalness = Math.min(surface.metalness ?? 0, 0.15);
 }
 
+// Faces of two parts that lie in one plane would be drawn in stripes of both: those of the later part go before.
+// The offsets stay within some millimetres, so a few parts in turn share them.
+function setApart(surfaces, k) {
+  for (const surface of [surfaces ?? []].flat()) Object.assign(surface, { polygonOffset: true, polygonOffsetUnits: -4 * (k % 6) });
+}
+
 export class Stage {
   // `quality` is "low" for machines without a graphics card, "high" for pictures, else null: then the
   // drawing becomes coarser where it is slow.
@@ -101,9 +107,10 @@ export class Stage {
     this.parts = description.shapes
       .map((shape) => ({ shape, drawn: part(shape, this, meshes) }))
       .filter(({ drawn }) => drawn);
-    for (const { shape, drawn } of this.parts) {
+    for (const [k, { shape, drawn }] of this.parts.entries()) {
       drawn.object.traverse((node) => {
         node.userData.shape = shape;
+        setApart(node.material, k);
         if (low) dull(node.material);
       });
       this.scene.add(drawn.object);
