@@ -210,9 +210,16 @@ export class GraphView {
     this.card.hidden = !drawn;
     if (drawn) {
       this.nodes.forEach(({ root }) => root.classList.remove("marked"));
+      this.card.classList.toggle("aside", this.isLeft(drawn.line));
       this.fillHead();
       this.fill();
     }
+  }
+
+  // Whether a bond lies where the card stands by default.
+  isLeft(line) {
+    const [bond, whole] = [line, this.root].map((node) => node.getBoundingClientRect());
+    return bond.left + bond.width / 2 < whole.left + whole.width / 2;
   }
 
   fillHead() {

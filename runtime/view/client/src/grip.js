@@ -139,12 +139,12 @@ export class Grip {
     this.knob.scale.setScalar((this.hot || this.hand?.by ? 1.2 : 1) * KNOB * px);
     lay(this.tether, this.place, at, 3 * px);
     this.showAim(row, px);
-    this.showForce(row, px);
+    this.showForce(row, at, px);
   }
 
-  // A vector in the axes of the device as a point from the place, times a scale.
-  world(vector, scale) {
-    return new THREE.Vector3(...vector).applyMatrix3(this.axes).multiplyScalar(scale).add(this.place);
+  // A vector in the axes of the device as a point from the place, or from another one, times a scale.
+  world(vector, scale, from = this.place) {
+    return new THREE.Vector3(...vector).applyMatrix3(this.axes).multiplyScalar(scale).add(from);
   }
 
   showAim(row, px) {
@@ -157,7 +157,8 @@ export class Grip {
     if (at.distanceTo(this.place) > 6 * px) lay(this.behind, this.place, at, 2 * px);
   }
 
-  showForce(row, px) {
+  // The force on the hand begins at the grip: forces of the machine, which may have arrows too, begin at its place.
+  showForce(row, grip, px) {
     const force = this.force ? [...this.force(row)] : [0, 0, 0];
     const size = Math.hypot(...force);
     if (Number.isFinite(size)) this.strongest = Math.max(this.strongest, size);
@@ -166,10 +167,10 @@ export class Grip {
     this.shaft.visible = this.head.visible = length > 6 * px;
     this.label.hidden = !this.shaft.visible;
     if (!this.shaft.visible) return;
-    const end = this.world(force, length / size);
+    const end = this.world(force, length / size, grip);
     const head = Math.min(0.5 * length, 15 * px);
-    const neck = end.clone().lerp(this.place, head / length);
-    lay(this.shaft, this.place, neck, 5 * px);
+    const neck = end.clone().lerp(grip, head / length);
+    lay(this.shaft, grip, neck, 5 * px);
     this.head.position.copy(neck);
     this.head.quaternion.copy(this.shaft.quaternion);
     this.head.scale.set(7 * px, 7 * px, head);
