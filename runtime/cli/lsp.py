@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from contextlib import redirect_stdout
+
 import click
 
 from bgc.diagnostics.catalogue.machine import package_missing
@@ -22,4 +26,7 @@ def lsp(stdio: bool) -> None:
         from bgc.runtime.editor.server import make_server
     except ImportError as problem:
         raise BgError([package_missing("pygls", "`bgc lsp`", "lsp")]) from problem
-    make_server(dict(GROUP.summaries())).start_io()
+    # The server closes its output at the end; and what a package prints is no message of it.
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    with redirect_stdout(sys.stderr):
+        make_server(dict(GROUP.summaries())).start_io(stdout=output)
