@@ -17,6 +17,8 @@ from bgc.diagnostics.source import Source, Span
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DEEPEST = 1_000  # elements within elements
+# The text is decoded already, and editors leave blank lines before the declaration.
+_DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]*\?>")
 _LARGEST = 1e18  # of any number in a robot
 
 
@@ -100,12 +102,16 @@ def read_elements(source: Source) -> Element:
     return _Reader(source).read()
 
 
+def _blanks(found: re.Match[str]) -> str:
+    return " " * len(found[0])
+
+
 class _Reader:
     """Builds the elements from the events of expat."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.data = source.text.encode("utf-8")
+        self.data = _DECLARATION.sub(_blanks, source.text).encode("utf-8")
         self.parser = expat.ParserCreate("utf-8")
         self.root: Element | None = None
         self.open: list[Element] = []

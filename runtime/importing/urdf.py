@@ -175,7 +175,23 @@ class _Urdf:
         return body_of(mass.number("value"), centre, tensor, name, span, self.notes)
 
     def _pictures(self, link: Element, tag: str, *, quiet: bool) -> list[Picture]:
-        return [p for element in link.all(tag) if (p := self._picture(element, quiet=quiet))]
+        """Read the shapes that can be shown; a fault of one changes no motion and is a warning.
+
+        Where none can be shown, a second look, which is not quiet, notes the reasons.
+        """
+        found = []
+        for element in link.all(tag):
+            try:
+                picture = self._picture(element, quiet=quiet)
+            except BgError as fault:
+                first = fault.diagnostics[0]
+                if quiet:
+                    cause = f"a `<{tag}>` with a fault is left out: {first.message}"
+                    self.notes.group(first.span, cause, first.help)
+                continue
+            if picture is not None:
+                found.append(picture)
+        return found
 
     def _picture(self, element: Element, *, quiet: bool) -> Picture | None:
         geometry = element.first("geometry")
@@ -225,10 +241,11 @@ class _Urdf:
                 for actuator in transmission.all("actuator"):
                     try:
                         inertia = _within(actuator, ("rotorInertia", "rotor_inertia"))
+                        if not inertia:
+                            continue  # generators of URDF write words where a ratio is unknown
                         ratio = _within(actuator, ("mechanicalReduction", "gear_ratio"))
                         ratio = ratio or _within(joint, ("mechanicalReduction",)) or 1.0
-                        if inertia:
-                            found[name] = found.get(name, 0.0) + ratio * ratio * inertia
+                        found[name] = found.get(name, 0.0) + ratio * ratio * inertia
                     except BgError as fault:
                         self.faults.extend(fault.diagnostics)
         return found

@@ -29,6 +29,9 @@ ARM = """<robot name="arm">
   </joint>
 </robot>
 """
+BALL = '<visual><geometry><sphere radius="{}"/></geometry></visual>'
+TRANSMISSION = """<transmission><joint name="turn"/><actuator>{}
+<mechanicalReduction>reduction</mechanicalReduction></actuator></transmission>"""
 HINGE = (
     '<mujoco><worldbody><body name="b"><joint axis="0 0 1"/><geom size="1"/>{}</body></worldbody>'
     "{}</mujoco>"
@@ -129,6 +132,22 @@ BOMB = '<!DOCTYPE a [<!ENTITY a "x"><!ENTITY b "&a;&a;">]>' + ARM.replace("hand"
         ("</robot>", "<gazebo/></robot>", "BG139", "<gazebo/>"),
         ("</robot>", '<xacro:macro name="a"/></robot>', "BG137", '<xacro:macro name="a"/>'),
         ("</robot>", "", "BG137", None),
+        (ARM, '\n\n<?xml version="1.0" encoding="latin-1"?>' + ARM, None, None),
+        (
+            ARM,
+            '\n<?xml version="1.0"?>' + ARM.replace('xyz="0 0 1"', 'xyz="0 é"'),
+            "BG138",
+            "0 é",
+        ),
+        ("</link>\n  <joint", BALL.format(3) + "</link>\n  <joint", None, None),
+        ("</link>\n  <joint", BALL.format("3 m") + "</link>\n  <joint", "BG139", "3 m"),
+        ("</robot>", TRANSMISSION.format("") + "</robot>", None, None),
+        (
+            "</robot>",
+            TRANSMISSION.format("<rotorInertia>1</rotorInertia>") + "</robot>",
+            "BG138",
+            "<mechanicalReduction>",
+        ),
         ('<robot name="arm">', '<sdf name="arm">', "BG137", None),
         (ARM, BOMB, "BG137", None),
         (ARM, '<!DOCTYPE a SYSTEM "file:///etc/passwd">' + ARM, None, None),
