@@ -10,13 +10,6 @@ static void copy_algebraic(const bgc_data *d, const double *from, double *to) {
     }
 }
 
-/* Whether the last stage, at d->point, is the end of the step, so that f is not evaluated again there. */
-static int ends_at_last_stage(const bgc_model *m, const bgc_data *d, const bgc_tableau *tableau) {
-    return tableau->alpha[tableau->stages - 1] == 1.0 && d->n_block == 0 && m->n_switch == 0 &&
-           m->project == NULL && m->closure_info == NULL &&
-           memcmp(d->point, d->next, (size_t)m->n_state * sizeof *d->next) == 0;
-}
-
 /* M must be diagonal. Where it has empty rows, these are solved at every stage for the
  * states without a rate, so that the others see an ordinary differential equation: E. Hairer,
  * C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
@@ -64,7 +57,7 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_method *me
     copy_algebraic(d, d->next, d->point);
     bgc_sum_stages(m, d, method);
     copy_algebraic(d, d->point, d->next);
-    if (ends_at_last_stage(m, d, tableau)) {
+    if (bgc_ends_at_last_stage(m, tableau) && d->n_block == 0) {
         d->core.f_last_at = d->core.t + h;
     }
     return BGC_OK;

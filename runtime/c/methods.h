@@ -4,6 +4,8 @@
 
 #include "bgc.h"
 
+#include <string.h>
+
 enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3 };
 
 /* A Rosenbrock method in the variables U = h Gamma k, which need no product with J:
@@ -25,6 +27,16 @@ typedef struct {
     double embedded[BGC_MAX_STAGES]; /* error weights by which fixed steps are subdivided */
     double h[BGC_MAX_DENSE][BGC_MAX_STAGES];
 } bgc_tableau;
+
+/* Whether the last stage of an explicit method is at the end of the step, where nothing moves the state
+ * afterwards: f there is that at the start of the next step. */
+static inline int bgc_ends_at_last_stage(const bgc_model *m, const bgc_tableau *tableau) {
+    const int last = tableau->stages - 1;
+
+    return tableau->gamma == 0.0 && tableau->alpha[last] == 1.0 && m->n_switch == 0 &&
+           m->project == NULL && m->closure_info == NULL &&
+           memcmp(tableau->a[last], tableau->m, sizeof tableau->m) == 0;
+}
 
 /* A collocation method, M Z_i = h sum A_ij f(t + c_j h, y + Z_j). A^-1 has the left and right
  * eigenvectors given, to a real eigenvalue (where stages is odd) and to a complex one and its

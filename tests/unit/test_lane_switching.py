@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,6 +80,13 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Model:
     return model
 
 
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    path = tmp_path_factory.mktemp("model") / "arm.bg"
+    path.write_text(ARM)
+    return bgc.compile(path)
+
+
 @pytest.fixture
 def counts(monkeypatch: pytest.MonkeyPatch) -> dict[int, Mapping[str, float]]:
     """The counts of the instances of the last ensemble, by their numbers."""
@@ -155,17 +161,25 @@ def test_rounding_is_sampled_under_both_methods(ring, counts) -> None:
     assert not ensemble.run_warnings
 
 
-def test_an_arm_swings_by_explicit_steps(tmp_path: Path, counts) -> None:
+def test_an_arm_swings_by_explicit_steps(arm, counts) -> None:
     """Energy accounts, which error control watches, hold after the changes."""
-    path = tmp_path / "arm.bg"
-    path.write_text(ARM)
-    model = bgc.compile(path)
-    ensemble = model.simulate_many({"joint[1].friction": [0.4, 0.5, 0.6, 0.7]}, rtol=1e-7)
+    ensemble = arm.simulate_many({"joint[1].friction": [0.4, 0.5, 0.6, 0.7]}, rtol=1e-7)
     assert ensemble.solver == SWITCHING and ensemble.together == 4
     assert counts[0]["explicit_steps"] > 0.5 * counts[0]["steps"]
     assert counts[0]["method_changes"] >= 2
-    assert errors(model, ensemble, solver="rodas5p", rtol=1e-9).max() < 1e-5
+    assert errors(arm, ensemble, solver="rodas5p", rtol=1e-9).max() < 1e-5
     assert np.abs(ensemble["rest"]).max() < 1e-5
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_a_step_begins_with_f_of_the_last_stage_before(arm, counts, rtol) -> None:
+    """Six evaluations of f in a step of dopri5, as alone, and one for the first step."""
+    ensemble = arm.simulate_many({"joint[1].friction": [0.5] * 4}, solver="dopri5", rtol=rtol)
+    run = arm.simulate(solver="dopri5", rtol=rtol)
+    np.testing.assert_allclose(ensemble["first"][2], run["first"], rtol=0, atol=1e-12)
+    attempts = counts[2]["steps"] + counts[2]["rejected"]
+    assert attempts == run.counts["steps"] + run.counts["rejected"]
+    assert counts[2]["rhs"] == 6 * attempts + 1
 
 
 @pytest.mark.parametrize("step", [0.01, 0.1, 0.4])

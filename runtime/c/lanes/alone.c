@@ -55,7 +55,7 @@ void bgc_batch_sample(bgc_batch *b) {
             b->active &= ~(1u << l);
         }
         load_inputs(b, l, d);
-        b->f_valid = 0;
+        bgc_batch_forget_f(b);
     }
     b->sample++;
 }
@@ -243,7 +243,8 @@ void bgc_batch_rejoin(bgc_batch *b) {
             lane_set(&b->imbalance, l, core->imbalance);
             lane_set(&b->largest_account, l, core->largest_account);
             lane_set(&b->exchanged, l, core->counts.exchanged);
-            b->held = b->f_valid = 0;
+            b->held = 0;
+            bgc_batch_forget_f(b);
         }
     }
 }

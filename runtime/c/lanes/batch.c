@@ -37,6 +37,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->dfdt = place(&at, n);
     b->lu = place(&at, m->n_lu);
     b->f = place(&at, n);
+    b->f_last = place(&at, n);
     b->y0 = place(&at, n);
     b->k = place(&at, BGC_MAX_DENSE * n);
     b->stages = place(&at, BGC_MAX_STAGES * n);
@@ -124,6 +125,7 @@ static void load_instances(bgc_batch *b, int count) {
     }
     b->supplied = b->dissipated = b->imbalance = lane_of(0.0);
     b->t = b->t_old = b->option->t;
+    bgc_batch_forget_f(b);
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = b->scale_reached = lane_of(0.0);
     b->rounding = b->largest_rounding = lane_of(0.0);

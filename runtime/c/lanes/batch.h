@@ -42,6 +42,7 @@ typedef struct {
     double t, t_old;
     int64_t ticks, sample;
     int f_valid;             /* f is that at the present */
+    double f_last_at;        /* as in bgc_core */
     int dense;               /* k is the dense output of the last step */
 
     /* Factorisation of W = c M - J. */
@@ -59,7 +60,7 @@ typedef struct {
     bgc_spectrum spectrum;   /* by their largest spectral radius */
     lane newest;             /* those of the estimate under way */
 
-    lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
+    lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f, *f_last;
     lane *y0, *k, *stages;
     lane *direction, *image; /* as in bgc_data */
     lane *next, *error, *point, *b, *wide, *residual, *reach, *magnitude, *output, *check, *argument, *hiding, *work;
@@ -109,6 +110,7 @@ lane bgc_batch_norm_within(const bgc_batch *b, const lane *v, const lane *p, con
                            double rtol, double atol, lane reached);
 lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
 void bgc_batch_evaluate_f(bgc_batch *b);
+void bgc_batch_forget_f(bgc_batch *b);
 void bgc_batch_check(bgc_batch *b, double t, const lane *x);
 
 /* --- alone.c */

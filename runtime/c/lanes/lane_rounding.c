@@ -59,7 +59,7 @@ void bgc_batch_try_perturbed(bgc_batch *b, double h) {
     }
     bgc_shift_states(b->m->n_state, b->x, b->scale, b->scale_reached, b->option->rtol,
                      b->option->atol, b->x);
-    b->f_valid = 0;
+    bgc_batch_forget_f(b);
     bgc_batch_evaluate_f(b);
     bgc_batch_advance(b, h);
     *b = before;

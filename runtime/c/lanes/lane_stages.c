@@ -122,6 +122,10 @@ static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
     bgc_batch_combine(b->m->n_state, stage, tableau->a[stage], b->stages, b->point);
     b->kernel->rhs(b->h, lane_of(b->t + tableau->alpha[stage] * h), b->point, b->u, out, b->work);
     b->counts.rhs++;
+    if (stage == tableau->stages - 1 && bgc_ends_at_last_stage(b->m, tableau)) {
+        memcpy(b->f_last, out, size);
+        b->f_last_at = b->t + h;
+    }
 }
 
 /* The stage of a Rosenbrock method from f at its point, in place. */
@@ -150,6 +154,7 @@ void bgc_batch_advance(bgc_batch *b, double h) {
     const int n = b->m->n_state;
     const size_t size = (size_t)n * sizeof(lane);
 
+    b->f_last_at = (double)INFINITY;
     if (b->method->family->jacobian && b->held == 0) {
         bgc_batch_factorise(b, h);
     }

@@ -3,6 +3,8 @@
 #include "lanes/batch.h"
 #include "tolerance.h"
 
+#include <string.h>
+
 /* out += sum of weight[j] times vector j; the vectors are n apart. Zero weights are skipped. */
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
     double w[BGC_MAX_STAGES];
@@ -75,11 +77,22 @@ lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane
 
 /* b->f at the present, unless it is valid. */
 void bgc_batch_evaluate_f(bgc_batch *b) {
-    if (!b->f_valid) {
-        b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
-        b->counts.rhs++;
-        b->f_valid = 1;
+    if (b->f_valid) {
+        return;
     }
+    b->f_valid = 1;
+    if (b->f_last_at == b->t) {
+        memcpy(b->f, b->f_last, (size_t)b->m->n_state * sizeof *b->f);
+        return;
+    }
+    b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
+    b->counts.rhs++;
+}
+
+/* After a change of the state or of inputs at the present. */
+void bgc_batch_forget_f(bgc_batch *b) {
+    b->f_valid = 0;
+    b->f_last_at = (double)INFINITY;
 }
 
 /* Lanes in which an assertion fails at (t, x) leave the batch. */

@@ -32,7 +32,8 @@ static void move_back(bgc_batch *b) {
     b->x = b->y0;
     b->y0 = scratch;
     b->t = b->t_old;
-    b->dense = b->f_valid = 0;
+    b->dense = 0;
+    b->f_valid = !b->f_valid; /* unless it has been evaluated at the end, f is still that at the start */
 }
 
 /* The residual of the accounts at the end of the last step. */
