@@ -27,6 +27,7 @@ _CHECKED: dict[str, tuple[type, str]] = {
 }
 """Annotations whose arguments are checked, with the type and words for it."""
 
+
 def door(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Cut the inner frames off the traceback of a BgError that leaves a function.
 
@@ -67,7 +68,10 @@ def _checks(
         kinds = [_CHECKED.get(word) for word in _alternatives(parameter.annotation)]
         if function.__name__ not in _OPERATORS and kinds and None not in kinds:
             found = [kind for kind in kinds if kind is not None]
-            checks[name] = tuple(kind for kind, _ in found), " or ".join(words for _, words in found)
+            checks[name] = (
+                tuple(kind for kind, _ in found),
+                " or ".join(words for _, words in found),
+            )
     return list(parameters), checks
 
 

@@ -82,7 +82,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     texts = _print_kernels(lowered, shared)
     matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
-    ranges = [_on_ranges(lowered, kernel, separate) for kernel in _range_kernels(lowered)]
+    ranges = [_on_ranges(lowered, kernel, separate) for kernel in lowered.range_kernels]
     work = max(work, *(2 * text.work for text in ranges), 0)  # a range is two doubles
     tables, fields = model_tables(lowered, matrix, source_hash)
     fields.append(("n_work", str(work)))
@@ -91,9 +91,11 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         for name in (*texts, *(("factor", "solve") if matrix.text else ()))
         if name != PARTIALS
     ]
-    for kernel in _range_kernels(lowered):
+    for kernel in lowered.range_kernels:
         prefix = RANGES.shared if separate else RANGES.prefix
-        fields += [("n_term", str(len(kernel.stores) // 2)), ("ranges", f"{prefix}_ranges")]
+        fields.append((kernel.name, f"{prefix}_{kernel.name}"))
+    if lowered.ranges is not None:
+        fields.append(("n_term", str(len(lowered.ranges.stores) // 2)))
     if "project" not in texts:
         fields.append(("project", "NULL"))
     operations = (
@@ -110,7 +112,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
             *table_prototypes(program.dag),
             *(prototype(k) for k in lowered.kernels if k.name in shared),
             *([matrix_prototypes()] if separate else []),
-            *(prototype(kernel, RANGES) for kernel in _range_kernels(lowered) if separate),
+            *(prototype(kernel, RANGES) for kernel in lowered.range_kernels if separate),
         ],
         _needed_parts(lowered),
     )
@@ -125,7 +127,9 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
             about = ["The iteration matrix."]
             units.append(frame.unit("model_matrix", about, [], matrix.text))
         if ranges:
-            units.append(frame.unit("model_ranges", ["Ranges of terms of time alone."], ranges))
+            units.append(
+                frame.unit("model_ranges", ["Ranges of what depends on time alone."], ranges)
+            )
     else:
         main += ranges
         units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
@@ -230,11 +234,6 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
 def _hoisted(lowered: Lowered) -> dict[Node, int]:
     """The index in h of each hoisted node."""
     return {node: k for k, node in enumerate(lowered.hoisted)}
-
-
-def _range_kernels(lowered: Lowered) -> tuple[Kernel, ...]:
-    """The kernel on ranges, if the model has one."""
-    return () if lowered.ranges is None else (lowered.ranges,)
 
 
 def _on_ranges(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:

@@ -10,7 +10,13 @@ from bgc.emission.factorisation import choose_blocks
 from bgc.emission.inverses import with_inverses
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.least_cost import planned
-from bgc.emission.program_kernels import program_kernels, range_kernel, stores, watch_kernels
+from bgc.emission.program_kernels import (
+    program_kernels,
+    range_kernel,
+    stores,
+    timed_range_kernel,
+    watch_kernels,
+)
 from bgc.emission.sparse import entries_of_matrix
 from bgc.emission.switches import hold_modes
 from bgc.emission.watches import find_watches
@@ -28,8 +34,8 @@ def lower(program: Program) -> Lowered:
     program = replace(program, closures=_moving(program.dag, program.closures))
     watches = find_watches(program)
     kernels = (*program_kernels(program, switches, jacobian), *watch_kernels(watches))
-    ranges = range_kernel(timed)
-    watching = () if ranges is None else (ranges,)
+    ranges, timed_ranges = range_kernel(timed), timed_range_kernel(switches)
+    watching = [kernel for kernel in (ranges, timed_ranges) if kernel is not None]
     for kernel in (*kernels, *watching):
         _verify(program.dag, kernel)
     hoisted = with_inverses(program.dag, hoisted_nodes(program.dag, (*kernels, *watching)))
@@ -50,6 +56,7 @@ def lower(program: Program) -> Lowered:
         kernels=(prepare, *kernels),
         watches=watches,
         ranges=ranges,
+        timed_ranges=timed_ranges,
         blocks=choose_blocks(plan, entries_of_matrix(program, jacobian)),
     )
 

@@ -64,8 +64,7 @@ def with_partials(lowered: Lowered, energies: bool) -> tuple[Lowered, Pattern]:
         tuple(Store("j", k, entries[place]) for k, place in enumerate(places)),
     )
     prepare, *running = lowered.kernels
-    watching = () if lowered.ranges is None else (lowered.ranges,)
-    hoisted = with_inverses(dag, hoisted_nodes(dag, (*running, kernel, *watching)))
+    hoisted = with_inverses(dag, hoisted_nodes(dag, (*running, kernel, *lowered.range_kernels)))
     prepare = replace(prepare, stores=tuple(Store("h", k, n) for k, n in enumerate(hoisted)))
     changed = replace(
         lowered,

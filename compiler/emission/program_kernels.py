@@ -232,6 +232,13 @@ def range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
     return _kernel("ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
 
 
+def timed_range_kernel(switches: tuple[Switch, ...]) -> Kernel | None:
+    """The kernel of the timed switches, for interval arithmetic; None if there are none."""
+    purpose = "Ranges of the arguments of switches that depend on time alone."
+    timed = [switch.argument for switch in switches if switch.timed]
+    return _kernel("timed_ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
+
+
 def stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
     """Store nodes in an array, one after the other."""
     return tuple(Store(array, index, node) for index, node in enumerate(nodes))

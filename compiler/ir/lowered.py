@@ -138,8 +138,8 @@ class Lowered:
     """A program with its kernels, Jacobian and LU plan; `hoisted[k]` is the node of h[k].
 
     `blocks` is the plan by which a single instance factorises W, where blocks of rows are faster
-    than code or tables of single entries. `ranges` is evaluated in interval arithmetic: b[2 k] is
-    term k, b[2 k + 1] its derivative.
+    than code or tables of single entries. `ranges` and `timed_ranges` are evaluated in interval
+    arithmetic: of the first, b[2 k] is term k, b[2 k + 1] its derivative.
     """
 
     program: Program
@@ -150,4 +150,10 @@ class Lowered:
     kernels: tuple[Kernel, ...]
     watches: tuple[tuple[Watch, Node], ...] = ()  # functions that may hide pulses, and arguments
     ranges: Kernel | None = None  # of the terms of time alone and their derivatives
+    timed_ranges: Kernel | None = None  # of the arguments of switches of time alone
     blocks: BlockPlan | None = None
+
+    @property
+    def range_kernels(self) -> tuple[Kernel, ...]:
+        """The kernels that are evaluated in interval arithmetic."""
+        return tuple(k for k in (self.ranges, self.timed_ranges) if k is not None)

@@ -232,7 +232,7 @@ def _verify_lowered(lowered: Lowered) -> None:
         _verify_blocks(lowered.blocks, plan)
     for node in lowered.hoisted:
         _require(program.dag.level[node] <= Level.PARAM, "a varying node is hoisted")
-    for kernel in (*lowered.kernels, *(() if lowered.ranges is None else (lowered.ranges,))):
+    for kernel in (*lowered.kernels, *lowered.range_kernels):
         _verify_kernel(kernel)
 
 

@@ -11,7 +11,8 @@
  *         bgc_evaluate_f                 d->f (evaluate.c)
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
  *         bgc_limit_for_time             cut before a motion of time alone (timed.c)
- *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c)
+ *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c); no look
+ *                                        where ahead.c has found that there is none
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
  *                                        collocation.c, with linear.c, sparse.c, blocks.c
  *                                        and complex.c;
@@ -259,9 +260,14 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
 
+/* --- ahead.c */
+void bgc_forget_quiet(bgc_data *d);
+
+/* --- ranges.c */
+void bgc_forget_ahead(const bgc_model *m, bgc_data *d);
+
 /* --- timed.c */
 void bgc_reset_terms(const bgc_model *m, bgc_data *d);
-void bgc_forget_ahead(const bgc_model *m, bgc_data *d);
 double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h);
 void bgc_judge_terms(const bgc_model *m, bgc_data *d, double h);
 

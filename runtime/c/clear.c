@@ -69,7 +69,7 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
         return 0;
     }
     d->core.looks--;
-    for (int k = 0; k < m->n_switch; k++) {
+    for (int k = d->core.skipped ? m->n_timed : 0; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
         const double swing = larger(growth * d->swing[k], change);

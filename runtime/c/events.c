@@ -147,6 +147,15 @@ static double *sample_place(const bgc_model *m, const bgc_data *d, int i) {
     return d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
 }
 
+/* After steps without a look at the switches of time alone: their arguments at the present. */
+static void catch_up(const bgc_model *m, bgc_data *d) {
+    d->core.skipped = 0;
+    bgc_look_within(d);
+    if (m->n_timed == m->n_switch) {
+        evaluate(m, d, TIME_ALONE, d->core.t, d->argument);
+    }
+}
+
 /* The end of a step: `end`, or the first event before it of a switch that depends on time alone. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     double *z = sample_place(m, d, BGC_SAMPLES);
@@ -154,6 +163,14 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
 
     if (m->n_timed == 0) {
         return end;
+    }
+    if (bgc_stays_quiet(m, d, end)) {
+        d->core.skipped = 1;
+        d->core.event = d->core.near_edge = 0;
+        return end;
+    }
+    if (d->core.skipped) {
+        catch_up(m, d);
     }
     evaluate(m, d, TIME_ALONE, end, z);
     for (int k = 0; !left && k < m->n_timed; k++) {

@@ -42,6 +42,10 @@ typedef struct {
 } bgc_complex;
 
 /* The unknowns of the linear systems: the states, then the inner unknowns. */
+static inline int bgc_has_ranges(const bgc_model *m) {
+    return m->n_term > 0 || m->timed_ranges != NULL;
+}
+
 static inline int bgc_unknowns(const bgc_model *m) {
     return m->n_state + m->n_inner;
 }
@@ -149,6 +153,12 @@ typedef struct {
     int looks;       /* steps of which the end alone may be looked at, before another look within */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
+    /* The times between which no switch of time alone leaves its mode: ahead.c. */
+    double quiet_from, quiet_to;
+    double quiet_ahead; /* steps of the next window */
+    int looks_alone;    /* steps before the next window is tried */
+    int skipped;        /* the arguments of switches of time alone are not those of the present */
+
     /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
     double clear_from, clear_to, clear_step;
     double ahead;       /* steps that one look ahead spans */
@@ -231,7 +241,7 @@ struct bgc_data {
     bgc_faint_state *faint; /* n_state */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
-    bgc_range *h_range, *u_range; /* h and u as ranges: timed.c */
+    bgc_range *h_range, *u_range; /* h and u as ranges: ranges.c */
     double *variation;      /* n_term: of each term of time alone, the largest that a step resolved */
     double *patience;       /* n_term: factor of the steps that each allows; INFINITY: not watched */
     double *f_before;       /* f at the start of a step that a term has limited */
@@ -267,6 +277,7 @@ struct bgc_data {
     double *watch_sample;   /* (BGC_SAMPLES + 1) n_watch: watched arguments */
     double *watch_probe;    /* n_watch */
     bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
+    bgc_range *timed_range; /* n_timed: of each argument of a switch of time alone */
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
     double *sparse_work;    /* 2 n_unknowns: elimination by tables */

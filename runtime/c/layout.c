@@ -66,8 +66,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, unknown);
     d->mass = place(&l, (size_t)m->n_mass);
-    d->h_range = m->n_term > 0 ? place_ranges(&l, m->n_hoist) : NULL;
-    d->u_range = m->n_term > 0 ? place_ranges(&l, m->n_input + m->n_switch) : NULL;
+    d->h_range = bgc_has_ranges(m) ? place_ranges(&l, m->n_hoist) : NULL;
+    d->u_range = bgc_has_ranges(m) ? place_ranges(&l, m->n_input + m->n_switch) : NULL;
     d->variation = place(&l, (size_t)m->n_term);
     d->patience = place(&l, (size_t)m->n_term);
     d->f_before = m->n_term > 0 ? place(&l, n) : NULL;
@@ -122,6 +122,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->watch_sample = place(&l, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
     d->watch_probe = place(&l, (size_t)m->n_watch);
     d->term_range = place_ranges(&l, 2 * m->n_term);
+    d->timed_range = place_ranges(&l, m->timed_ranges != NULL ? m->n_timed : 0);
     d->around = place(&l, (size_t)m->n_term);
     d->widest = place(&l, (size_t)m->n_term);
     d->first = place(&l, n);

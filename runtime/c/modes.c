@@ -62,6 +62,8 @@ void bgc_find_modes(const bgc_model *m, bgc_data *d) {
     if (m->n_switch == 0) {
         return;
     }
+    bgc_forget_quiet(d);
+    d->core.skipped = 0;
     bgc_release_modes(m, d);
     update_modes(m, d);
     for (int round = 0; round < MOST_ROUNDS; round++) {
@@ -85,6 +87,9 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
     bgc_look_within(d);
+    d->core.quiet_ahead = 16.0;
+    d->core.looks_alone = d->core.skipped = 0;
+    bgc_forget_quiet(d);
     d->core.event_at = (double)NAN;
 }
 

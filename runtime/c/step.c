@@ -13,6 +13,11 @@
 enum { REJECTIONS_AT_ROOT = 5 }; /* in a row, before a step by Euler's method is tried */
 static const double short_of_pole = 1e-3; /* relative: time before a divisor vanishes */
 
+/* Whether the step under way may meet an edge of a switch. */
+static inline int may_meet_event(const bgc_model *m, const bgc_core *core) {
+    return m->n_switch > (core->skipped ? m->n_timed : 0);
+}
+
 /* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
  * stores the dense output and cuts the step at its first event, whose time and state go to *t_new and
  * d->next. Returns early where the step is too coarse for the algebraic equations. */
@@ -41,7 +46,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
         }
     }
     bgc_store_dense(m, d, method, end);
-    if (m->n_switch > 0) {
+    if (may_meet_event(m, &d->core)) {
         const bgc_status status = bgc_find_event(m, d, end, bgc_is_adaptive(method), t_new);
         if (status != BGC_OK) {
             return status;
@@ -84,7 +89,7 @@ static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance
     if (core->accounts) {
         bgc_enter_balance(core, balance);
     }
-    return m->n_switch > 0 ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
+    return may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
 /* A step of the method to a finite d->next. */

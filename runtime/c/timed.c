@@ -11,7 +11,6 @@
  * control has judged that its motion does not matter.
  */
 #include "bgc_internal.h"
-#include "bgc_ranges.h"
 
 #include <float.h>
 #include <math.h>
@@ -31,27 +30,6 @@ typedef struct {
     double step;
     int term, unknown;
 } allowance;
-
-/* Ranges of h and u: modes are left open, so that operations are evaluated. */
-static void load_ranges(const bgc_model *m, bgc_data *d) {
-    for (int k = 0; k < m->n_hoist; k++) {
-        d->h_range[k] = bgc_range_of(d->h[k]);
-    }
-    for (int k = 0; k < m->n_input; k++) {
-        d->u_range[k] = bgc_range_of(d->u[k]);
-    }
-    for (int k = 0; k < m->n_switch; k++) {
-        d->u_range[m->n_input + k] = bgc_range_of((double)NAN);
-    }
-}
-
-/* At the start of a run, and where inputs change: nothing is known ahead. */
-void bgc_forget_ahead(const bgc_model *m, bgc_data *d) {
-    if (m->n_term > 0) {
-        load_ranges(m, d);
-        d->core.clear_to = -INFINITY;
-    }
-}
 
 /* The part of a step, at least 1, up to which the stages of a method reach: some lie beyond its end. */
 static double reach_of(const bgc_method *method) {

@@ -81,3 +81,20 @@ def test_a_pulse_behind_the_second_switch_counts(load, solver):
     result = load("timed", "gated").simulate(solver=solver)
     np.testing.assert_allclose(result["x"][1:], 1.0, rtol=1e-6)
     np.testing.assert_allclose(result["y"], [0, 0, 0.01 * np.sqrt(np.pi)], rtol=2e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        {},
+        {"solver": "dopri5"},
+        {"solver": "ros34prw", "step": 0.5},
+        {"solver": "rk4", "step": 0.07},
+    ],
+)
+def test_edges_after_long_stretches_without_one_are_met(load, method):
+    """The rate is linear between the edges, so that a step that ends at each is exact."""
+    result = load("timed", "ramps").simulate(**method)
+    exact = sum(970 - start - 0.5 for start in (3.25, 66.125, 966))
+    assert result["x"][-1] == pytest.approx(exact, rel=1e-11)
+    assert result.counts["events"] == 6

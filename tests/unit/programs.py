@@ -177,7 +177,8 @@ class _Model(ctypes.Structure):
             (name, ctypes.c_void_p)
             for name in (
                 "prepare positive defaults initial scale mass rhs jacobian factor solve "
-                "outputs commands energy project switches timed_switches asserts"
+                "outputs commands energy project switches timed_switches timed_ranges "
+                "asserts"
             ).split()
         ),
         ("n_divisor", ctypes.c_int),

@@ -1,13 +1,9 @@
 /* timed.c: replaces timed.c in a model without terms of time alone that need watching. */
 #include "bgc_internal.h"
 
-void bgc_forget_ahead(const bgc_model *m, bgc_data *d) {
-    (void)m, (void)d;
-}
-
 void bgc_reset_terms(const bgc_model *m, bgc_data *d) {
-    (void)m;
     d->core.limited_by = -1;
+    bgc_forget_ahead(m, d);
 }
 
 double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h) {

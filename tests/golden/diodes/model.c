@@ -306,8 +306,8 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
-    .n_term = 1,
     .ranges = ranges_ranges,
+    .n_term = 1,
     .project = NULL,
 };
 

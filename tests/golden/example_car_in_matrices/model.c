@@ -244,6 +244,18 @@ static void ranges_ranges(
             bgc_range_cos(v3))), bgc_range_of(0.0));
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of the arguments of switches that depend on time alone. */
+static void ranges_timed_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)u, (void)w;
+    const bgc_range v1 = bgc_range_difference(t, bgc_range_of(0.5));
+    b[0] = v1;
+    b[1] = bgc_range_difference(h[0], v1);
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -436,8 +448,9 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
-    .n_term = 1,
     .ranges = ranges_ranges,
+    .timed_ranges = ranges_timed_ranges,
+    .n_term = 1,
     .project = NULL,
 };
 

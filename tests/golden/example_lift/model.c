@@ -325,6 +325,25 @@ static void ranges_ranges(
             bgc_range_of(0.0)), bgc_range_choice(v10, v9, bgc_range_of(0.0)));
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of the arguments of switches that depend on time alone. */
+static void ranges_timed_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)h, (void)w;
+    const bgc_range v1 = bgc_range_product(bgc_range_difference(t, bgc_range_of(0.1)),
+            bgc_range_of(10.0));
+    b[0] = v1;
+    b[1] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[0], u[0]),
+            bgc_range_choice(u[0], v1, bgc_range_of(0.0)), bgc_range_max(v1, bgc_range_of(0.0))));
+    const bgc_range v2 = bgc_range_product(bgc_range_of(10.0), bgc_range_difference(t,
+            bgc_range_of(0.6)));
+    b[2] = v2;
+    b[3] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[2], u[2]),
+            bgc_range_choice(u[2], v2, bgc_range_of(0.0)), bgc_range_max(v2, bgc_range_of(0.0))));
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -519,8 +538,9 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
-    .n_term = 4,
     .ranges = ranges_ranges,
+    .timed_ranges = ranges_timed_ranges,
+    .n_term = 4,
     .project = NULL,
 };
 

@@ -198,6 +198,16 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
     (void)w;
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of the arguments of switches that depend on time alone. */
+static void ranges_timed_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)u, (void)w;
+    b[0] = bgc_range_difference(h[4], t);
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -368,6 +378,7 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .timed_ranges = ranges_timed_ranges,
     .project = NULL,
 };
 

@@ -1,0 +1,25 @@
+/* ranges.c: the operands of kernels on ranges, and what they have found ahead. */
+#include "bgc_internal.h"
+#include "bgc_ranges.h"
+
+/* Ranges of h and u: modes are left open, so that operations are evaluated. */
+static void load_ranges(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_hoist; k++) {
+        d->h_range[k] = bgc_range_of(d->h[k]);
+    }
+    for (int k = 0; k < m->n_input; k++) {
+        d->u_range[k] = bgc_range_of(d->u[k]);
+    }
+    for (int k = 0; k < m->n_switch; k++) {
+        d->u_range[m->n_input + k] = bgc_range_of((double)NAN);
+    }
+}
+
+/* At the start of a run, and where inputs change: nothing is known ahead. */
+void bgc_forget_ahead(const bgc_model *m, bgc_data *d) {
+    if (bgc_has_ranges(m)) {
+        load_ranges(m, d);
+    }
+    d->core.clear_to = -INFINITY;
+    bgc_forget_quiet(d);
+}
