@@ -143,7 +143,7 @@ def reference():
 
 
 def test_the_hydraulic_crane_is_one_model_at_a_millisecond():
-    """The stroke within 1 mm, as the issue asks; 1.3 um were measured."""
+    """The stroke within 1 mm, as the issue asks; 1.1 um were measured."""
     result = scene("knuckle_boom_hydraulic").simulate()
     assert len(scene("knuckle_boom_hydraulic").initial_state()) == 50
     assert np.ptp(reference()["stroke"], axis=0).min() > 0.2
@@ -158,10 +158,10 @@ def test_the_hydraulic_crane_takes_few_adaptive_steps():
     assert np.abs(result["stroke"] - reference()["stroke"]).max() < 5e-5
 
 
-def test_the_hydraulic_crane_starts_in_equilibrium_and_closes_its_energies():
+def test_the_hydraulic_crane_starts_at_rest_and_closes_its_energies():
     result = scene("energies").simulate()
     before = result.time < 1
-    assert np.ptp(result["stroke"][before], axis=0).max() < 2e-4
+    assert np.ptp(result["stroke"][before], axis=0).max() < 1e-10
     assert np.diff(result["energy.dissipated"]).min() > -1e-3
     assert np.abs(result["energy.residual"]).max() < 1e-7 * result.counts["exchanged"]
 
