@@ -32,6 +32,7 @@ import json
 import math
 import re
 import struct
+import sys
 from typing import Any, Final
 
 from bgc.runtime.view.history import Rows
@@ -97,9 +98,9 @@ def read_command(text: str) -> dict[str, Any] | None:
 def _is_pose(message: dict[str, Any]) -> bool:
     """Return whether a message has a position, and its other parts are numbers of a pose."""
     for part, (least, most) in _POSE.items():
-        numbers = message.get(part)
-        if numbers is None and part != "position":
+        if part not in message and part != "position":
             continue
+        numbers = message.get(part)
         if not isinstance(numbers, list) or not least <= len(numbers) <= most:
             return False
         if not all(_is_number(x) and abs(x) <= _FARTHEST for x in numbers):
@@ -110,8 +111,10 @@ def _is_pose(message: dict[str, Any]) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and math.isfinite(value)
+    """Return whether a value is a number that a double holds; JSON has longer integers."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max
 
 
 def _is_name(value: Any) -> bool:

@@ -329,6 +329,10 @@ def test_a_history_thins_itself_and_keeps_its_span():
         '{"type": "speed", "value": 0}', '{"type": "speed", "value": "1"}',
         '{"type": "speed", "value": true}', '{"type": "set", "value": 1}',
         '{"type": "set", "name": "a", "value": NaN}', "[" * 4000, '{"type": ["play"]}',
+        '{"type": "set", "name": "a", "value": Infinity}',
+        f'{{"type": "set", "name": "a", "value": -1{"0" * 400}}}',
+        '{"type": "hand", "device": "a", "position": [0, 0, 0], "orientation": null}',
+        f'{{"type": "hand", "device": "a", "position": [0, 0, 1{"0" * 400}]}}',
     ],
 )  # fmt: skip
 def test_other_messages_are_ignored(text):
