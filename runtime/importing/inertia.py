@@ -15,6 +15,7 @@ from bgc.runtime.importing.robot import Body, Kind, Pose, Robot
 from bgc.runtime.importing.rotations import Matrix, rows_of
 
 _ROUNDING = 1e-9  # of the largest moment
+_POINT = 1e-6  # m: radius of gyration below which moments are rounding of zero
 _BALANCE = 1e-3  # of the largest moment, by which published numbers of flat parts are off
 
 
@@ -28,6 +29,8 @@ def body_of(
     if mass < 0:
         help = "give a positive mass; a link without mass has no `<inertial>`"
         raise BgError([wrong_value(span, f"the mass of `{name}` is negative: {mass:g} kg", help)])
+    if np.abs(tensor).max() <= mass * _POINT**2:
+        tensor = np.zeros((3, 3))
     if mass == 0 and not tensor.any():
         return None
     if mass == 0:

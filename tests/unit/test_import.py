@@ -188,6 +188,15 @@ def test_a_joint_without_mass_is_fixed_and_named(tmp_path):
     assert [code for code, _ in diagnosed(tmp_path, text)] == ["BG139"]
 
 
+def test_moments_of_rounding_make_a_point(tmp_path):
+    """A link of iCub has ixz = 1.4e-20 kg m^2 and no other moment: BG511 of the compiled model."""
+    file = tmp_path / "arm.urdf"
+    moments = '<origin xyz="0.1 0 0"/><inertia ixx="0" iyy="0" izz="0" ixz="1e-20"/>'
+    file.write_text(re.sub("<inertia .*?/>", moments, ARM))
+    found = import_text(file, tmp_path, Choices())
+    assert "PointMass(mass = 2 kg" in found.text and not found.warnings
+
+
 def test_everything_of_a_robot_is_written(tmp_path):
     result = import_text(ROBOTS / "every_joint.urdf", tmp_path, Choices())
     for text in (
