@@ -324,21 +324,25 @@ def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str
     )
 
 
-def cannot_be_given(span: Span, name: str, kind: str) -> Diagnostic:
+def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str]) -> Diagnostic:
     """BG231: an argument for something that cannot be given
 
     What: the argument names a `let`, a `signal`, a `state` or a plain part of the model.
     Why: only parameters, constants, inputs and slots can be given from outside.
     Example: `Pendulum(angle = 30 deg)` where `state angle = 0;`
-    Way out: declare a `param` in the model and use it there: `param angle0 = 0; state angle =
+    Way out: give the parameter that determines it, such as `angle0` of a `Revolute`. Where there is
+    none, declare a `param` in the model and use it there: `param angle0 = 0; state angle =
     angle0;`.
     """
+    candidates = list(candidates)
     return error(
         "BG231",
         f"`{name}` is {with_article(kind)} of the model and cannot be given from outside",
         span,
-        help="declare a `param` in the model and use it there; only a param, const, input or slot "
+        help=did_you_mean(name, candidates)
+        or "declare a `param` in the model and use it there; only a param, const, input or slot "
         "can be given",
+        edits=respelt(span, name, candidates),
     )
 
 

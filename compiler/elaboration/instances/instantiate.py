@@ -172,6 +172,7 @@ class Builder:
         return found
 
     def _check_arguments(self, instance: Instance, arguments: Mapping[str, Given]) -> None:
+        takes = [n for n, m in instance.members.items() if self._can_be_given(m)]
         for name, given in arguments.items():
             member = instance.members.get(name)
             match member:
@@ -180,15 +181,14 @@ class Builder:
                 case Pending() if self.is_slot(member):
                     continue
                 case None:
-                    takes = [n for n, m in instance.members.items() if self._can_be_given(m)]
                     owner = f"`{instance.declared.syntax.name}`"
                     problem = names.unknown_argument(given.span, name, owner, takes)
                 case Quantity():
-                    problem = names.cannot_be_given(given.span, name, member.kind)
+                    problem = names.cannot_be_given(given.span, name, member.kind, takes)
                 case PortEntry():
-                    problem = names.cannot_be_given(given.span, name, "port")
+                    problem = names.cannot_be_given(given.span, name, "port", takes)
                 case _:
-                    problem = names.cannot_be_given(given.span, name, "part")
+                    problem = names.cannot_be_given(given.span, name, "part", takes)
             self._report(problem, given.env)
 
     def _can_be_given(self, member: object) -> bool:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from bgc.diagnostics.catalogue import listed, names, scenes
+from bgc.diagnostics.catalogue import listed, names, scenes, with_article
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.elaboration.bonds.shape_probe import WidthUnknown
 from bgc.elaboration.instances.limits import MAX_WIDTH
-from bgc.elaboration.instances.scopes import Names, path_of
+from bgc.elaboration.instances.scopes import ElementView, Names, path_of
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.scenes.devices import declare_devices, device_of
@@ -19,6 +19,8 @@ from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
 from bgc.values.expressions import resolve_path
+from bgc.values.scope import Namespace
+from bgc.values.value import Value
 
 _CONSTANT_OF_A_FILE = "a constant of a file"
 
@@ -129,9 +131,9 @@ def check_edits(world: World, scene: Scene, slots: Sequence[str]) -> None:
     for expr, span, kind, path in unused:
         if (kind, path) not in edits.used:
             with world.report.collecting():
-                _check_path(world, scene, expr)
+                target = _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
-                found, way = _mismatch(world, scene, expr)
+                found, way = _mismatch(world, scene, expr, None if kind == "uses" else target)
                 what = "a parameter" if found == _CONSTANT_OF_A_FILE else what
                 if kind == "drives" and isinstance(expr, syntax.Index) and found == "an input":
                     found, whole = "a component of an input", path_of(expr.base)
@@ -150,15 +152,20 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
             path = canonical_path(world, base, scene.env)
             kind = "parts" if isinstance(expr, syntax.Index) else "sets"
             if (kind, path) not in world.edits.used:
-                _check_path(world, scene, expr)
+                target = _check_path(world, scene, expr)
                 what = "a parameter or constant"
-                found, way = _mismatch(world, scene, expr)
+                found, way = _mismatch(world, scene, expr, target)
                 what = "a parameter" if found == _CONSTANT_OF_A_FILE else what
                 raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
 
 
-def _mismatch(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
-    """A description of a value that cannot be changed in this way, and the remedy; or empty."""
+def _mismatch(
+    world: World, scene: Scene, expr: syntax.Expr, target: Value | Namespace | None
+) -> tuple[str, str]:
+    """A description of a target that cannot be changed in this way, and the remedy; or empty."""
+    if isinstance(target, ElementView):
+        kind, name = target.element.kind, target.element.path
+        return with_article(kind), f"declare a `param` or `input`, and use it in `{name}`"
     quantity = declared_value(world, scene, expr)
     if quantity is None:
         root = scene.env.instance
@@ -185,7 +192,8 @@ def _mismatch(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
             return "computed by the model", "set a parameter that it depends on"
 
 
-def _check_path(world: World, scene: Scene, expr: syntax.Expr) -> None:
-    """Raise BgError if a path has no target; variables of unknown width count as targets."""
+def _check_path(world: World, scene: Scene, expr: syntax.Expr) -> Value | Namespace | None:
+    """Return the target of a path, None for a variable of unknown width; BgError without one."""
     with suppress(WidthUnknown):
-        resolve_path(expr, Names(world, scene.env, {}, False), world.dag)
+        return resolve_path(expr, Names(world, scene.env, {}, False), world.dag)
+    return None
