@@ -52,6 +52,7 @@ _IDLE = 3  # steps along free directions that hardly come nearer to the declared
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
+_UNMOVED = 1e-13  # of a state, in its scale: rounding
 _NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
 
 
@@ -335,6 +336,7 @@ class _Search(RestEquations):
 
     def finish(self) -> tuple[Status, AtRest | None]:
         """Check the rates that remain, and make the state the start of a run."""
+        self._keep_declared()
         remaining = self.residuals(self.z)
         slope, _ = self.slopes(self.z)
         self.rows = row_scales(slope)
@@ -349,6 +351,13 @@ class _Search(RestEquations):
         if status is not Status.OK:
             return status, None
         return status, AtRest(worst, self._moves(), self._variations())
+
+    def _keep_declared(self) -> None:
+        """Undo what moved states by rounding alone: a counter stays a whole number."""
+        self.go(self.z)
+        y = self.z[: self.size]
+        moved = np.abs(y - self.declared) > _UNMOVED * (1 + np.abs(self.declared))
+        self.z = np.concatenate([np.where(moved, y, self.declared), self.z[self.size :]])
 
     def _refuse(self, remaining: Array, sizes: Array) -> None:
         if self.held:

@@ -276,6 +276,31 @@ def test_a_closed_chain_comes_to_rest_closed(load: Load, scene: str) -> None:
             assert np.ptp(column) < 1e-6 * (1 + np.abs(column).max()), name
 
 
+def test_what_nothing_moves_stays_to_the_last_bit(tmp_path: Path) -> None:
+    """A counter of jumps beside a body that a sampled force and its weight move to its rest."""
+    path = tmp_path / "a.bg"
+    path.write_text("""
+model Body {
+  joint : J1;
+  mass : I(2 kg);
+  spring : C(stiffness = 50 N/m);
+  damper : R(4 kg/s);
+  weight : MSe(e = u * 1 N - 19.62 N);
+  weight -> joint;
+  joint -> mass, spring, damper;
+  sample 0.1 s { state level = 0; output u = 0.2*level; next(level) = 0.5*level + 1; }
+  state hits = 0;
+  der(hits) = 0;
+  when spring.q > -0.1 m { reset hits = hits + 1; }
+  output rounds = floor(hits);
+}
+scene s of Body { observe hits, rounds, spring.q as q; start rest; run 0.1 s every 0.1 s; }
+""")
+    result = bgc.compile(path).simulate()
+    assert result["hits"].tolist() == result["rounds"].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(result["q"], (0.2 * 2 - 19.62) / 50, rtol=1e-9)
+
+
 def test_a_held_joint_keeps_its_angle(tmp_path: Path) -> None:
     path = CRANES.parent / "held_for_a_test.bg"
     text = CRANES.read_text().replace(
