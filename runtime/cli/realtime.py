@@ -16,6 +16,7 @@ from bgc.runtime.realtime.report import Report
 from bgc.runtime.running.quantity import read_quantity
 
 if TYPE_CHECKING:
+    from rich.console import Group
     from rich.live import Live
     from rich.table import Table
 
@@ -126,28 +127,33 @@ class LiveView:
         if self._live is None:
             return
         try:
-            self._live.update(self._table(), refresh=True)
+            self._live.update(self._shown(), refresh=True)
         except OSError:  # the terminal was closed, and the loop goes on
             self._live = None
 
-    def _table(self) -> Table:
+    def _shown(self) -> Group:
+        """The state, the report as lines of the whole width, and a table of devices and values."""
         # As above.
+        from rich.console import Group
         from rich.table import Table
         from rich.text import Text
 
+        def row(table: Table, name: str, text: str) -> None:
+            table.add_row(Text(name, style="bold"), Text(text))
+
         report = self._loop.report
-        table = Table(box=None, show_header=False, padding=(0, 1))
+        head, values = (Table(box=None, show_header=False, padding=(0, 1)) for _ in range(2))
         state = "the dead man's button is free" if report.released else "running"
-        table.add_row("[bold]state", f"{state}, force {100 * report.gain:.0f} %")
+        row(head, "state", f"{state}, force {100 * report.gain:.0f} %")
         if self._menu is not None:
-            table.add_row("[bold]keys", Text(self._menu.line()))
-        for line in report.lines():
-            table.add_row("", line)
+            row(head, "keys", self._menu.line())
         for index, name in enumerate(self._loop.devices):
             force = self._loop.last_force(index)
             shown = ", ".join(f"{value:8.3f}" for value in force[:3])
-            table.add_row(f"[bold]{name}", f"force {shown} N")
-        values = list(self._loop.latest().items())[:_MOST_VALUES]
-        for (name, value), unit in zip(values, self._loop.course.shown, strict=False):
-            table.add_row(f"[bold]{name}", unit.text(value))
-        return table
+            row(values, name, f"force {shown} N")
+        latest = list(self._loop.latest().items())[:_MOST_VALUES]
+        for (name, value), unit in zip(latest, self._loop.course.shown, strict=False):
+            row(values, name, unit.text(value))
+        # A line that is broken at times would move all that is below it.
+        lines = [Text(f" {line}", no_wrap=True, overflow="ellipsis") for line in report.lines()]
+        return Group(head, *lines, values)
