@@ -3,7 +3,8 @@
 The server sends text messages, JSON objects with a `type`, and binary messages with rows:
 
 ============= ==================================================================================
-`scene`       the description (see `description`), `live`, and the state of the player
+`scene`       the description (see `description`), the number of the `model` (exchanges so far), and
+              `live`
 `state`       whether it plays, its speed, the speed reached, the epoch (number of resets), and the
               devices that pages hold
 `values`      the values of all parameters, SI, in the order of the description
@@ -11,7 +12,7 @@ The server sends text messages, JSON objects with a `type`, and binary messages 
 `graph`       the bond graph (see `graph`), where a page asked for it
 ============= ==================================================================================
 
-A second `scene` announces another model: the page is loaded again.
+A `scene` with another description or model announces another model: the page is loaded again.
 
 A binary message is a header of four 32-bit and one 64-bit little-endian numbers: kind (1: rows
 follow those before, 2: all rows so far, 3: a row with effort and flow of each bond of the graph),

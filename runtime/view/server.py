@@ -85,6 +85,7 @@ class Server:
         self.token = secrets.token_urlsafe(18)
         self.port = 0
         self._description = description
+        self._model = 0  # number of exchanges
         self._meshes = meshes
         self._script = bundle()
         self._recorded = rows
@@ -266,13 +267,16 @@ class Server:
     def _exchange(self, found: Prepared) -> None:
         """Serve another model, whose rows follow; the pages load themselves again."""
         self._description, self._meshes = found.description, found.meshes
+        self._model += 1
         self._history = History(TIMES + found.description["width"])
         self._fault, self._values = None, []
         for client in self._clients:
             client.send(self._scene())
 
     def _scene(self) -> str:
-        return pack("scene", {"description": self._description, "live": self._player is not None})
+        live = self._player is not None
+        content = {"description": self._description, "model": self._model, "live": live}
+        return pack("scene", content)
 
     def _send(self, message: str | bytes, may_miss: bool) -> None:
         """Send to all clients; one that is behind misses rows."""

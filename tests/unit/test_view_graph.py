@@ -246,13 +246,15 @@ def test_a_page_that_is_killed_while_a_part_is_exchanged_leaves_the_run(file, mo
         waiting[0](Answer(load_or_compile(file, Options(shapes=True, preview=True))))
         later = await session.ws_connect(address(server, "/ws"), headers=home(server))
         for client in (stays, later):
-            state = {}
+            state, models = {}, []
             while state.get("epoch") != 1:
                 message = await client.receive(timeout=10)
                 if message.type is aiohttp.WSMsgType.TEXT:
                     content = json.loads(message.data)
                     state = content if content["type"] == "state" else state
+                    models += [content["model"]] if content["type"] == "scene" else []
             assert state["playing"] and state["busy"] == ""
+            assert models[-1] == 1  # the number of exchanges: the description is the same
         assert player._run.given == {"volts": 20}
 
     try:

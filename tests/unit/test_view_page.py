@@ -434,8 +434,8 @@ def check_tilting(view, origins):
 def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
     (folder / "rc.bg").write_text(
         """interface Part { port p in; }
-        model Plain is Part { port p in; r : R(2 ohm); p -> r; }
-        model Warm is Part { port p in; param ohms = 3 ohm; r : R(ohms); p -> r; }
+        model Plain is Part { port p in; param ohms = 2 ohm; r : R(ohms); p -> r; }
+        model Warm is Part { port p in; param ohms = 2 ohm; r : R(1.5*ohms); p -> r; }
         model RC { param volts = 5 V; input x[3] : m; supply : Se(e = volts + x[3]*(1 V/m));
         loop : J1; resistor : Part = Plain; capacitor : C(10 uF);
         supply -> loop -> resistor; loop -> capacitor; }
@@ -472,17 +472,15 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         view.page.locator("svg.graph .node", has_text="capacitor").dispatch_event("click")
         view.until("!document.querySelector('.chosen').hidden")
         assert "capacitor : C(10 uF)" in view.page.locator(".chosen").inner_text()
-        # Another part in the slot: the page comes back with its parameter.
-        view.ask("bgcView.source.send('set', {name: 'volts', value: 6})")
+        # Another part in the slot: the page comes back, also where all it describes is the same.
+        view.ask("bgcView.source.send('set', {name: 'volts', value: 6}); window.before = true")
         view.page.get_by_role("tab", name="Slots").click()
         view.ask("bgcView.source.send('play')")
         view.page.get_by_label("resistor").select_option("Warm")
         view.until("bgcView.player.busy === 'model' && bgcView.player.playing")
         during = view.ask("bgcView.store.last")
         view.until(f"bgcView.player.busy === 'model' && bgcView.store.last > {during}")
-        view.until(
-            "window.bgcView?.description?.parameters.some((p) => p.name === 'resistor.ohms')"
-        )
+        view.until("!window.before && window.bgcView?.description")
         view.until("bgcView.store.count >= 1 && bgcView.player.epoch === 1")
         view.until("bgcView.graph.shown && bgcView.tabs.chosen === 1 && bgcView.store.last > 0")
         view.until("bgcView.parameters.values.includes(6)")  # the slider keeps its value

@@ -52,16 +52,18 @@ class Page extends Playback {
 
   // --- what comes from the server -----------------------------------------------------------
 
-  scene({ description, live, meshes, rows, count }) {
+  scene({ description, model, live, meshes, rows, count }) {
+    const identity = JSON.stringify([description, model]);
     if (this.description) {
       // A page that has connected again keeps its view; another model has another page.
-      if (JSON.stringify(this.description) !== JSON.stringify(description)) {
+      if (this.identity !== identity) {
         return comeBack({ view: this.viewed, tab: this.tabs?.chosen });
       }
       this.askedGraph = false;
       if (this.graph?.shown) this.source.send("watch", { value: true });
       return;
     }
+    this.identity = identity;
     this.description = description;
     this.live = live;
     this.meshes = meshes;
