@@ -25,6 +25,7 @@ from bgc.ir.scene import DeviceUse
 from bgc.options import Options
 from bgc.slicing.slice import without_unread
 
+_MEMBER = re.compile(r"\[\d+\](?=\.[ef]$)")
 _COMPONENT = re.compile(r"\[[\d,]+\]$")
 
 
@@ -245,11 +246,14 @@ def _default(candidates: Mapping[str, Candidate], given: Collection[int]) -> lis
 def choose_inputs(candidates: Mapping[str, Candidate], texts: Sequence[str]) -> list[str]:
     """The names of the selected inputs, without repetition.
 
-    A vector's name selects its components, a source's name its effort or flow.
+    A vector's name selects its components, a source's name its effort or flow. Where a `Mux` joins
+    the bonds of a wide source, its components are sources of their own, `free[2].e`.
     """
     vectors: dict[str, list[str]] = {}
     for name, candidate in candidates.items():
         whole = _COMPONENT.sub("", name)
+        if candidate.kind == "source":
+            whole = _MEMBER.sub("", whole)
         vectors.setdefault(whole, []).append(name)
         if candidate.kind == "source":
             vectors.setdefault(whole.rpartition(".")[0], []).append(name)

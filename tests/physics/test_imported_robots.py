@@ -244,6 +244,28 @@ def test_the_example_of_an_arm_starts_at_rest_and_moves(tmp_path):
     assert np.abs(result["energy.residual"]).max() < 1e-4
 
 
+def test_the_mass_matrix_is_that_of_the_linear_form(tmp_path):
+    """The efforts of `free` act against the drives, so that C B is -M^-1, as the manual says."""
+    pin = pytest.importorskip("pinocchio")
+    file, path = tmp_path / "arm.urdf", tmp_path / "arm.bg"
+    file.write_text(ARM.replace("iyy", 'ixy="0" ixz="0" iyz="0" iyy'))  # urdfdom needs all six
+    text = import_text(file, tmp_path, Choices()).text
+    begin, end = text.index("  // 8 Hz"), text.index("  ground -> robot")
+    text = text[:begin] + "  free : Se[2](e = zeros(2));\n" + text[end:]
+    text = text.replace("robot.drives -> servo;", "robot.drives -> free;")
+    path.write_text(
+        text[: text.index("/// Rests")] + "scene falls of Arm2Cell { observe free.f as rates; }"
+    )
+    model, q = bgc.compile(path), [0.3, 0.2]
+    model.parameters["q0"] = q
+    linear = model.linearise(["free.e"], ["rates"])
+    found = -np.linalg.inv(linear.C @ linear.B)
+    reference = pin.buildModelFromUrdf(str(file))
+    turned = np.array([math.cos(q[0]), math.sin(q[0]), q[1]])  # a joint without limits
+    exact = np.triu(pin.crba(reference, reference.createData(), turned))
+    np.testing.assert_allclose(found, exact + np.triu(exact, 1).T, rtol=0, atol=1e-12)
+
+
 ARM = """<robot name="arm">
   <link name="base"/>
   <link name="column">

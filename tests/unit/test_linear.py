@@ -288,6 +288,14 @@ def test_names_of_inputs(tmp_path):
     lin = linear(tmp_path, text, ["F"], ["v[2]", "drag.e"])
     assert lin.outputs == ("v[2]", "drag.e[1]", "drag.e[2]", "drag.e[3]")
     assert not linear(tmp_path, text).inputs
+    joined = (
+        "join : Mux[1, 2]; a : J1; b : J1; m : I(1); n : I[2](1); free : Se[3](e = F);"
+        "a -> m; b -> n; a -> join; b -> join; join -> free;"
+    )
+    parted = (
+        "model M { param F[3] = [1, 2, 3]; " + joined + " } scene s of M { observe m.f; run 1 s; }"
+    )
+    assert len(linear(tmp_path, parted, ["free.e"]).inputs) == 3
     with pytest.raises(BgError) as error:
         linear(tmp_path, text, ["push.g"])
     assert code_of(error) == "BG080" and "`push.e[1]`" in error.value.diagnostics[0].help
