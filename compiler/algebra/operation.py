@@ -261,11 +261,6 @@ class Operation:
         """The number of operands."""
         return len(self.arguments)
 
-    @property
-    def is_leaf(self) -> bool:
-        """Test whether it is a constant or a symbol, which have no operands."""
-        return not self.arguments
-
     def folded(self, operands: list[Fraction]) -> int | Fraction | None:
         """The exact value at exact operands; None where it is not known to be rational."""
         if self.exact is not None:

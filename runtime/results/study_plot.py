@@ -186,4 +186,3 @@ _DRAWN: MappingProxyType[str, Callable[[Runs, Sequence[str]], Figure]] = Mapping
         "histogram": _histograms,
     }
 )
-PLOT_KINDS = tuple(_DRAWN)

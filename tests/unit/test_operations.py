@@ -27,7 +27,7 @@ from bgc.emission.emit import emit_model
 from bgc.emission.optimise import optimise
 from bgc.values.functions import BUILTINS
 
-OPERATIONS = [op for op in Op if not op.row.is_leaf and op.row.smooth]
+OPERATIONS = [op for op in Op if op.row.arity and op.row.smooth]
 NAMED = [op for op in OPERATIONS if op.row.name]
 BINARY = [op for op in OPERATIONS if op.row.arity == 2]
 UNARY = [op for op in OPERATIONS if op.row.arity == 1]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TypeVar
 
 from bgc.diagnostics.catalogue import graph, laws, names, samples, slots
 from bgc.diagnostics.catalogue import widths as width_messages
@@ -42,8 +41,6 @@ from bgc.values.value import Value
 _LEVELS_SHOWN = 6  # levels of the path that a message shows for endlessly nested models
 
 _LOCAL_KINDS = {"const", "let", "signal"}
-
-Statement = TypeVar("Statement")
 
 
 class Builder:

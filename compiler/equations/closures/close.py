@@ -37,6 +37,7 @@ from bgc.equations.closures.multipliers import (
     ClosingRows,
     Responses,
     connected_rows,
+    motion_without,
     responses_of,
     settled,
 )
@@ -246,10 +247,7 @@ class _Closing:
         dag, program = self._dag, self._program
         if not self._rows.conditions:
             return
-        none = dict.fromkeys(self._variables.multipliers, dag.zero)
-        rates = dag.substitute([state.derivative for state in program.states], none)
-        direction = {dag.symbol(Kind.STATE, k): rate for k, rate in enumerate(rates)}
-        direction[dag.symbol(Kind.TIME)] = dag.one
+        rates, direction = motion_without(program, self._variables.multipliers)
         nodes = [directional_derivative(dag, node, direction) for node in self._rows.conditions]
         for point in points:
             moving = self._moving(point, chosen.flows)

@@ -116,6 +116,18 @@ def response_matrix(dag: Dag, responses: Responses, rows: Sequence[int]) -> list
     return matrix
 
 
+def motion_without(
+    program: Program, multipliers: Sequence[Node]
+) -> tuple[Sequence[Node], dict[Node, Node]]:
+    """The rates of the states with zero multipliers, and these by symbol with 1 for the time."""
+    dag = program.dag
+    none = dict.fromkeys(multipliers, dag.zero)
+    rates = dag.substitute([state.derivative for state in program.states], none)
+    direction = {dag.symbol(Kind.STATE, k): rate for k, rate in enumerate(rates)}
+    direction[dag.symbol(Kind.TIME)] = dag.one
+    return rates, direction
+
+
 def settled(
     program: Program, variables: Variables, flows: Sequence[Node], responses: Responses,
     kept: Sequence[int],
@@ -123,9 +135,7 @@ def settled(
     """The program with the multipliers of the kept rows solved for, and those of others zero."""
     dag, multipliers = program.dag, variables.multipliers
     none = dict.fromkeys(multipliers, dag.zero)
-    rates = dag.substitute([state.derivative for state in program.states], none)
-    direction = {dag.symbol(Kind.STATE, k): rate for k, rate in enumerate(rates)}
-    direction[dag.symbol(Kind.TIME)] = dag.one
+    _, direction = motion_without(program, multipliers)
     right = [directional_derivative(dag, flows[k], direction) for k in kept]
     matrix = response_matrix(dag, responses, kept)
     values: Mapping[Node, Node] = none

@@ -90,7 +90,6 @@ typedef struct {
     int has_row;         /* row belongs to them */
     int has_snapshot;    /* snapshot is the instance before the last step */
     int wants_event;     /* the drift of constraints asks for an event */
-    int supplied_set;
     double rtol;         /* of the importer; 0: that of the scene */
     double last_step;    /* of the importer's integrator */
 } bgc_fmi_core;
