@@ -37,7 +37,7 @@ def power_defect(program: Program) -> float | None:
     state, the algebraic equations have a solution there, and the mass matrix does not couple rates.
     It is not defined where all digits of the balance are rounding.
     """
-    if len(program.scene.needed_accounts) < 3 or _couples_rates(program):
+    if len(program.scene.needed_accounts(bool(program.jumps))) < 3 or _couples_rates(program):
         return None
     dag, energy = program.dag, program.energy
     points = _random_points(program)

@@ -87,9 +87,12 @@ class SceneFacts:
     overrun: str | None = None  # one of OVERRUN_POLICIES
     criteria: tuple[str, ...] = ()  # limits of columns: "max(tension) < 300000.0 N"
 
-    @property
-    def needed_accounts(self) -> frozenset[str]:
-        """The accounts among stored, supplied, dissipated in use; the residual needs all."""
+    def needed_accounts(self, jumps: bool) -> frozenset[str]:
+        """The accounts among stored, supplied, dissipated in use; the residual needs all.
+
+        What jumps take or add is the change of the stored energy.
+        """
         basic = {"stored", "supplied", "dissipated"}
         observed = {found.account for found in self.accounts}
-        return frozenset(basic if "residual" in observed else basic & observed)
+        needed = basic if "residual" in observed else basic & observed
+        return frozenset(needed | {"stored"} if jumps and needed else needed)

@@ -200,7 +200,8 @@ def _accounts(program: Program) -> list[tuple[str, int]]:
         ("supplied'", energy.supplied),
         ("dissipated'", energy.dissipated),
     ]
-    return [pair for pair in rates if pair[0].rstrip("'") in program.scene.needed_accounts]
+    needed = program.scene.needed_accounts(bool(program.jumps))
+    return [pair for pair in rates if pair[0].rstrip("'") in needed]
 
 
 def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:

@@ -43,6 +43,13 @@ def test_a_bouncing_ball(load, solver, options, floor):
     assert result["energy.dissipated"][-1] == pytest.approx(taken, rel=1e-12)
 
 
+def test_what_jumps_take_counts_where_no_other_account_is_observed(load):
+    """It is the change of the stored energy, of which the scene has no column."""
+    taken = load("jumps", "taken").simulate()["energy.dissipated"]
+    exact = [sum(G * 0.64**k for k in range(bounces(t, 0.8, 0)[2])) for t in np.arange(0, 2, 0.01)]
+    np.testing.assert_allclose(taken[:-1], np.array(exact) * (1 - 0.64), atol=1e-11)
+
+
 @pytest.mark.parametrize(("solver", "options"), METHODS)
 @pytest.mark.parametrize("e", [0.8, 0.3, 1e-3, 1e-12])
 @pytest.mark.parametrize("floor", [0.0, 0.3, -1.7])

@@ -39,7 +39,8 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
 
     A source of value zero supplies nothing, so its reaction is not computed.
     """
-    needed = variables.causal.graph.scene.needed_accounts
+    graph = variables.causal.graph
+    needed = graph.scene.needed_accounts(bool(graph.jumps))
     zero, supplied, dissipated = variables.dag.zero, *_powers(variables.causal)
     stored, states = _all_stored(variables, elements) if "stored" in needed else (zero, [])
     return Accounts(
