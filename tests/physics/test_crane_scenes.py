@@ -282,8 +282,29 @@ def test_the_winch_of_the_whole_machine_takes_out_the_heave(seed):
     assert whole > 0.1
     assert left < 0.1 * whole
     assert np.abs(held["pressure [bar]"]).max() < 300
+    assert not held["at_limit"][quiet].any() and not held["relieved"][quiet].any()
     if seed == 1:
         assert np.std(run(0)["height"][quiet]) == pytest.approx(whole, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("limit", "column"),
+    [({"winch.flow": "20 L/min"}, "at_limit"), ({"winch.limit": "80 bar"}, "relieved")],
+)
+def test_a_winch_at_its_limits_says_so_and_leaves_heave(limit, column):
+    """A small pump and low relief valves; the whole flow of the pump and the leak move the rope."""
+    machine = model("knuckle_boom_at_sea")
+    given = {"compensation": 1.0, **limit}
+    held = machine.simulate(21, solver="rodas5p", rtol=1e-4, parameters=given)
+    quiet = held.time > 10
+    assert np.std(held["height"][quiet]) > 0.2 * np.std(held["tip_height"][quiet])
+    assert held[column][quiet].mean() > 0.3
+    if column == "at_limit":
+        assert not held["relieved"].any()
+        flow = 20 + 0.05 * held["pressure [bar]"]  # L/min; the leak pays out
+        radius = np.sqrt(0.6**2 / 4 + np.sin(np.pi / 3) * 0.02**2 * 200 / np.pi)
+        fastest = flow / 0.1 / 60 * 2 * np.pi / 50 * radius
+        assert held["pay"].max() == pytest.approx(fastest[held["pay"].argmax()], rel=0.01)
 
 
 def test_the_crane_at_sea_starts_at_rest_and_converges_at_a_millisecond():
