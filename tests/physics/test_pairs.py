@@ -102,3 +102,12 @@ def test_a_joint_moves_as_lagrange_says(load, name, lock):
     np.testing.assert_allclose(found, q, atol=bound)
     np.testing.assert_allclose(result["r"], place, atol=bound)
     assert np.abs(result["energy.residual"]).max() < 1e-6 * result.counts["exchanged"]
+
+
+def test_drives_at_the_ports_of_joints_are_those_inside(load):
+    """The sign of each port, and a body without mass that takes no part."""
+    result = load("pairs", "powered").simulate()
+    assert np.ptp(result["moved"], axis=0).min() > 0.5
+    assert np.abs(result["apart"]).max() < 1e-12
+    assert np.abs(result["energy.residual"]).max() < 1e-6 * result.counts["exchanged"]
+    assert not result["nothing"].any()
