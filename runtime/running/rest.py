@@ -52,6 +52,7 @@ _IDLE = 3  # steps along free directions that hardly come nearer to the declared
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
+_TORN = 1e-6  # of a state, in its scale: relations between positions do not hold
 _UNMOVED = 1e-13  # of a state, in its scale: rounding
 _NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
 
@@ -92,6 +93,7 @@ class _Search(RestEquations):
         self.reached = self.start  # the last point that a motion reaches from y0
         self.reached_at = self._conditions()
         self.arrived = True  # the path to that point was followed to its end
+        self.nearest: Array | None = None  # to rest, of where relations hold: the first one found
 
     # --- relations between positions ----------------------------------------------------------
 
@@ -217,6 +219,7 @@ class _Search(RestEquations):
         begin = self.z
         if not self.held:
             size = self._newton(kept=True)
+            self.nearest = self.z if self.nearest is None else self.nearest
             if size > _AT_REST and not self.varied and self.relaxations < _RELAXATIONS:
                 self.z = begin
                 size = self._relax()
@@ -334,8 +337,21 @@ class _Search(RestEquations):
 
     # --- the end ------------------------------------------------------------------------------
 
+    def _torn(self) -> bool:
+        """Whether relations between positions do not hold at z, though nothing contradicts them.
+
+        Poses of a closed chain depend on each other: its own conditions keep it together.
+        """
+        _, closing, _ = self.resting.chain_rows()
+        if self.held or closing.size:
+            return False
+        return float(np.abs(self._off()).max(initial=0.0)) > _TORN
+
     def finish(self) -> tuple[Status, AtRest | None]:
         """Check the rates that remain, and make the state the start of a run."""
+        torn = self._torn()
+        if torn and self.nearest is not None:
+            self.z = self.nearest  # what still moves there keeps the system from its rest
         self._keep_declared()
         remaining = self.residuals(self.z)
         slope, _ = self.slopes(self.z)
@@ -344,7 +360,7 @@ class _Search(RestEquations):
         worst = float(sizes.max(initial=0.0))
         if not worst <= _AT_REST:
             self._refuse(remaining, sizes)
-        if not self.arrived:
+        if torn or not self.arrived:
             raise BgError([rest_too_far()])
         self.go(self.z)
         status = self.instance.restart()

@@ -183,6 +183,12 @@ def test_without_a_rest_the_rates_that_remain_are_named(load: Load) -> None:
     assert ensemble.failures[0].code == "BG760"
 
 
+def test_a_rest_that_tears_positions_apart_is_none(load: Load) -> None:
+    """Place 3.4 m and stretch 6.3 m would balance, but the one is the other and 4 m."""
+    with pytest.raises(bgc.BgError, match=r"BG760.*`mass.p` changes by"):
+        load("rest", "pushed").simulate()
+
+
 def test_a_held_value_that_allows_no_rest(load: Load, tmp_path: Path) -> None:
     path = tmp_path / "a.bg"
     source = Path(__file__).parents[1] / "models" / "rest.bg"

@@ -187,3 +187,12 @@ def test_a_tugger_line_holds_its_tension(load):
     # In the end it pulls the load aside by about 2 kN over the weight, times 10.6 m.
     assert result["r[1]"][-1] == pytest.approx(10.6 * 2e3 / (2200 * G), rel=0.1)
     assert closed(result, 1e-6)
+
+
+def test_feet_start_at_rest_under_the_load_that_they_carry(load):
+    """Forces in proportion to the depth of a rigid plate: F = W/4 (1 + x x_i/a^2 + y y_i/b^2)."""
+    result = load("rigging", "standing").simulate()
+    for k, (x, y) in enumerate(((2, 1.5), (2, -1.5), (-2, 1.5), (-2, -1.5)), 1):
+        force = 14e3 * G / 4 * (1 - 0.5 * x / 4 + 0.3 * y / 2.25)
+        np.testing.assert_allclose(result[f"feet.foot[{k}].force"], force, rtol=1e-2)
+    assert np.ptp(result["place"], axis=0).max() < 1e-9

@@ -78,8 +78,10 @@ def no_rest(rates: Sequence[tuple[str, float, str]]) -> Diagnostic:
     makes all rates zero. The rates that remain are named, largest first.
 
     Why: something moves whatever the state: a body falls or drifts with a current, a source drives
-    a speed, a pump fills a tank without an outlet, a sampled part counts its instants. Sources
-    and inputs have their first values.
+    a speed, a pump fills a tank without an outlet, a sampled part counts its instants, a drive that
+    follows a rate creeps under a load. Or the forces balance only where a spring is not as long as
+    its ends are apart: then the rates are those of a state near the initial values, at which such
+    relations hold. Sources and inputs have their first values.
 
     Example: `start rest;` in a scene of a ball in free fall.
 
