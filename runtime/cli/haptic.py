@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,10 +26,18 @@ from bgc.runtime.cli.options import (
     use_option,
 )
 from bgc.runtime.cli.realtime import LiveView, print_couplings, read_limits, realtime_options
+from bgc.runtime.cli.serving import announcing, require_aiohttp, serving_beside
+from bgc.runtime.cli.signals import outlive_clients
 from bgc.runtime.model import Model
 from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.progress import CompilingLine
 from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.view.page import bundle
+
+if TYPE_CHECKING:
+    from bgc.runtime.realtime.loop import Realtime
+    from bgc.runtime.view.following import LoopFollower
 
 
 @click.command()
@@ -51,6 +62,14 @@ from bgc.runtime.running.quantity import read_quantity
     metavar="SCENE",
     help="Scene, or NAME=VALUE, that a key lets take over in the running loop. May be repeated.",
 )
+@click.option("--view", is_flag=True, help="Show the loop in the browser, in 3D with plots.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    help="Port of --view; a free one if omitted.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address of --view, open no browser.")
 @click.option("--quiet", "-q", is_flag=True, help="Show no live view and no report.")
 @realtime_options
 @click.pass_context
@@ -72,16 +91,23 @@ def haptic(
     rest: bool,
     record: str | None,
     exchanges: tuple[str, ...],
+    view: bool,
+    port: int,
+    no_browser: bool,
     quiet: bool,
     **limits: Any,
 ) -> None:
     """Run a scene of FILE in step with the clock, with its devices.
 
     The force goes to zero on any fault (status 1), and falls to zero after Ctrl-C, which ends the
-    loop.
+    loop. With --view the loop is shown as `bgc view` shows a run; the loop does not wait for pages.
     """
+    if view:
+        bundle()  # reports first that there is no page
+        require_aiohttp("`bgc haptic --view`")
+        outlive_clients()
     chosen = read_devices(devices)
-    options = Options(scene, uses=read_uses(uses))
+    options = Options(scene, uses=read_uses(uses), shapes=view)
     given = dict(read_assignments(assignments))
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, given, line)
@@ -90,7 +116,7 @@ def haptic(
             if "=" in text:
                 choices.append(Choice(text, model, dict(read_assignments((text,)))))
             else:
-                other = load_as(Model, file, Options(text, uses=options.uses), given, line)
+                other = load_as(Model, file, replace(options, scene=text), given, line)
                 choices.append(Choice(text, other, {}))
     if len(choices) > MOST_CHOICES:
         raise click.UsageError(f"--exchange may be repeated {MOST_CHOICES - 1} times")
@@ -103,23 +129,30 @@ def haptic(
         "substeps": substeps,
         "start": "rest" if rest else None,
     }
+    follower = _follower(file.name, chosen, method) if view else None
     loop = model.realtime(
         None if duration is None else read_quantity(duration, "--time", "s"),
         devices=chosen,
         options=read_limits(limits),
         record=record,
         keep=1,
+        on_records=None if follower is None else follower.take,
         **method,
     )
-    print_couplings(loop, quiet)
-    with terminal_keys() if exchanges else nullcontext() as keys:
+    with ExitStack() as opened:
+        opened.callback(loop.stop, at_once=True)  # where it has not ended before
+        print_couplings(loop, quiet)
+        keys = opened.enter_context(terminal_keys()) if exchanges else None
         if exchanges and keys is None:
-            loop.stop(at_once=True)
             raise click.UsageError("--exchange needs a terminal, whose keys choose the scene")
         menu = None if keys is None else Menu(loop, choices, keys, method)
-        with LiveView(loop, wanted=not quiet, menu=menu) as view:
+        if follower is not None:
+            opened.enter_context(_shown(loop, follower, port, no_browser))
+        with LiveView(loop, wanted=not quiet, menu=menu) as live:
             loop.start()
-            report = view.follow()
+            report = live.follow()
+        if follower is not None:
+            follower.end(report)
     problem = [report.problem] if report.problem is not None else []
     refused = [] if menu is None else menu.refused
     print_diagnostics([*problem, *refused, *report.warnings(), *loop.warnings])
@@ -127,3 +160,24 @@ def haptic(
         click.echo("\n".join(report.lines()))
     if report.failed or any(warning.code == "BG779" for warning in loop.warnings):
         context.exit(AT_FAULT)
+
+
+def _follower(name: str, devices: Mapping[str, str], method: Mapping[str, Any]) -> LoopFollower:
+    # The page of a loop is loaded where it is asked for.
+    from bgc.runtime.view.following import LoopFollower
+
+    return LoopFollower(name, read_choices(devices), **method)
+
+
+@contextmanager
+def _shown(loop: Realtime, follower: LoopFollower, port: int, no_browser: bool) -> Iterator[None]:
+    """Show a loop that has not started on pages, as long as the block runs."""
+    # Needs aiohttp, which is optional.
+    from bgc.runtime.view.server import Server
+
+    server = Server(*follower.describe(loop.course.model))
+    server.attach(follower)
+    with serving_beside(partial(server.serve, port)):
+        follower.follow(loop, server.publish)
+        announcing(server, no_browser)()
+        yield

@@ -1,12 +1,22 @@
-"""A server of a command, which a signal ends."""
+"""The server of a command: alone until a signal ends it, or beside what the command does."""
 
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
-from collections.abc import Callable, Coroutine
+import sys
+import webbrowser
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager, suppress
+from threading import Event, Thread
 from types import FrameType
+from typing import Any
 
+import click
+
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.signals import ENDING
 
 _Handler = Callable[[int, FrameType | None], object]
@@ -51,3 +61,74 @@ def run_until_signal(work: Coroutine[None, None, None]) -> None:
     asyncio.run(cancelled_by_signals())
     for handler, number in received[:1]:
         handler(number, None)
+
+
+@contextmanager
+def serving_beside(
+    serve: Callable[[Callable[[], None]], Coroutine[None, None, None]],
+) -> Iterator[None]:
+    """Serve in a thread as long as the block runs, which begins when clients may come.
+
+    `serve` is called with a function to be called then. What it raises before is raised here.
+    """
+    is_ready = Event()
+    running: list[tuple[asyncio.AbstractEventLoop, asyncio.Task[None]]] = []
+    failed: list[BaseException] = []
+
+    async def cancellable() -> None:
+        task = asyncio.ensure_future(serve(is_ready.set))
+        running.append((asyncio.get_running_loop(), task))
+        with suppress(asyncio.CancelledError):
+            await task
+
+    def run() -> None:
+        try:
+            asyncio.run(cancellable())
+        except BaseException as problem:
+            failed.append(problem)
+        finally:
+            is_ready.set()
+
+    thread = Thread(target=run, daemon=True, name="bgc page")
+    thread.start()
+    is_ready.wait()
+    try:
+        if failed:
+            raise failed[0]
+        yield
+    finally:
+        for loop, task in running:
+            with suppress(RuntimeError):  # it has ended
+                loop.call_soon_threadsafe(task.cancel)
+        thread.join()
+
+
+def require_aiohttp(what: str) -> None:
+    """Raise BgError BG058 where the package that serves pages for `what` is missing."""
+    try:
+        import aiohttp  # noqa: F401  (optional, and slow to load)
+    except ImportError as problem:
+        raise BgError([package_missing("aiohttp", what, "view")]) from problem
+
+
+def announcing(server: Any, no_browser: bool) -> Callable[[], None]:
+    """Make a function that prints the address of a server and opens it, unless `no_browser`."""
+
+    def announce() -> None:
+        click.echo(f"{server.url}\nCtrl-C ends it")
+        if not no_browser and not _open_browser(server.url):
+            click.echo("no browser was found: open the address in one of this machine", err=True)
+
+    return announce
+
+
+def _open_browser(url: str) -> bool:
+    """Open the page in the user's browser; False where there is none with windows."""
+    if sys.platform.startswith("linux"):
+        windows = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+        if not windows:  # text browsers would take the terminal
+            return False
+    try:
+        return webbrowser.open(url)
+    except webbrowser.Error:
+        return False

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import sys
-import webbrowser
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from bgc.diagnostics.catalogue.machine import package_missing
-from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import (
@@ -32,7 +27,7 @@ from bgc.runtime.cli.options import (
     use_option,
     whole_option,
 )
-from bgc.runtime.cli.serving import run_until_signal
+from bgc.runtime.cli.serving import announcing, require_aiohttp, run_until_signal
 from bgc.runtime.cli.signals import outlive_clients
 from bgc.runtime.model import Model
 from bgc.runtime.results.files import written_whole
@@ -119,7 +114,7 @@ def view(
         scene, strict=strict, whole=whole, uses=read_uses(uses), preview=preview, shapes=True
     )
     if export is None:
-        _require_aiohttp()
+        require_aiohttp("`bgc view`")
         outlive_clients()
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
@@ -162,21 +157,14 @@ def _export(recording: Recording, export: str, quiet: bool) -> None:
         click.echo(f"wrote {export} ({size:.1f} MB, {len(recording.rows):,} rows)")
 
 
-def _require_aiohttp() -> None:
-    try:
-        import aiohttp  # noqa: F401  (optional, and slow to load)
-    except ImportError as problem:
-        raise BgError([package_missing("aiohttp", "`bgc view`", "view")]) from problem
-
-
 def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
-    _require_aiohttp()
+    require_aiohttp("`bgc view`")
     outlive_clients()
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
 
     server = Server(recording.description, recording.meshes, recording.rows)
-    run_until_signal(server.serve(port, _announcing(server, no_browser)))
+    run_until_signal(server.serve(port, announcing(server, no_browser)))
 
 
 def _serve_model(
@@ -216,30 +204,9 @@ def _serve_model(
 
         def ready() -> None:
             player.start(first)
-            _announcing(server, no_browser)()
+            announcing(server, no_browser)()
 
         run_until_signal(server.serve(port, ready))
     finally:
         player.close()
         run.close()
-
-
-def _announcing(server: Any, no_browser: bool) -> Callable[[], None]:
-    def announce() -> None:
-        click.echo(f"{server.url}\nCtrl-C ends it")
-        if not no_browser and not _open_browser(server.url):
-            click.echo("no browser was found: open the address in one of this machine", err=True)
-
-    return announce
-
-
-def _open_browser(url: str) -> bool:
-    """Open the page in the user's browser; False where there is none with windows."""
-    if sys.platform.startswith("linux"):
-        windows = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
-        if not windows:  # text browsers would take the terminal
-            return False
-    try:
-        return webbrowser.open(url)
-    except webbrowser.Error:
-        return False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,11 +28,12 @@ RESTING = (*[0.0] * 3, 1.0, *[0.0] * (POSE_SIZE - 4))
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A model in a loop, with its method and its instance."""
+    """A model in a loop, with its method, its instance, and the parameters that it was given."""
 
     model: LoadedModel
     method: Method
     instance: Instance
+    given: Mapping[str, ParameterValue] = field(default_factory=dict)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -82,7 +83,7 @@ def make_course(
     """Make an instance of a model with its parameters and its method."""
     instance = model.parameters.instance(parameters)
     require(instance, set_method(instance, method, bool(model.accounts)))
-    return Course(model, method, instance)
+    return Course(model, method, instance, dict(parameters))
 
 
 def places_of(course: Course, devices: Sequence[str], period: float) -> list[int]:

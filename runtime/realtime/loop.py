@@ -105,6 +105,7 @@ class Realtime:
         self._courses, self._read = [course], 0
         self._found = find_drivers(course.instance, model.folder, self._choices)
         self.devices = tuple(device.name for device in self._found)
+        self._exchanging, self._feeding = Lock(), Lock()
         library = load_servo()
         self._defaults = library.defaults
         self._options = options_of(course, library.defaults(), self._given, duration)
@@ -122,7 +123,6 @@ class Realtime:
         self._recorder = None if record is None else Recorder(record, self.devices)
         self._kept = Kept(keep, self._servo.record_size)
         self._news, self._ended = Event(), Event()
-        self._exchanging = Lock()
         self._drain: Thread | None = None
         self._threads: list[PythonThread] = []
 
@@ -214,8 +214,9 @@ class Realtime:
             self._drain.join()
         self._close_recorder()
         self._histograms = {name: self.histogram(name) for name in _TIMES}
-        self._final = self._read_report()
-        self._servo.free()
+        with self._exchanging, self._feeding:  # other threads may still hand over something
+            self._final = self._read_report()
+            self._servo.free()
         return self._final
 
     def _join(self) -> None:
@@ -459,7 +460,7 @@ class Realtime:
     ) -> None:
         """Hand a pose to a device with the driver `pointer` or `gamepad`.
 
-        Neither this nor the loop waits; the loop takes the pose in its next sample. One thread.
+        The loop does not wait for it, and takes the pose in its next sample.
 
         Parameters
         ----------
@@ -481,12 +482,12 @@ class Realtime:
         BgError
             BG777: no device is a pointer, or several are.
         """
-        index = self._pointers.index(device)
-        if self._final is None:
-            rates = velocity, angular_velocity
-            measured = now() if stamp is None else stamp
-            words = pose_words(position, orientation, rates, gripper, buttons, measured, age)
-            self._pointers.feed(index, words)
+        index, rates = self._pointers.index(device), (velocity, angular_velocity)
+        measured = now() if stamp is None else stamp
+        words = pose_words(position, orientation, rates, gripper, buttons, measured, age)
+        with self._feeding:
+            if self._final is None:
+                self._pointers.feed(index, words)
 
     def _written(self, name: str) -> tuple[Array, float] | None:
         latest, index = self._kept.latest, self.devices.index(name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from bgc.building.built import Built
 from bgc.options import Options
@@ -12,6 +13,8 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.view.aside import Answer, Aside, Request
 from bgc.runtime.view.description import Description
 from bgc.runtime.view.live import LiveRun
+
+_Taken = TypeVar("_Taken")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +26,7 @@ class Prepared:
     meshes: list[Path]
 
 
-class Exchange:
+class Exchange(Generic[_Taken]):
     """Compilations beside a run: at most one at a time.
 
     Attributes
@@ -33,11 +36,11 @@ class Exchange:
     """
 
     def __init__(
-        self, path: Path, options: Options, prepare: Callable[[LoadedModel], Prepared]
+        self, path: Path, options: Options, prepare: Callable[[LoadedModel], _Taken]
     ) -> None:
         """Start from a file and the options of the present model.
 
-        `prepare` makes a run of a model as the command does.
+        `prepare` makes of a model what `take` returns: a run as that of the command.
         """
         self.busy = ""
         self._path, self._options = path, options
@@ -60,7 +63,7 @@ class Exchange:
         self.busy = kind
         self._aside.ask(Request(kind, self._path, options), done)
 
-    def take(self, built: Built, options: Options) -> Prepared:
+    def take(self, built: Built, options: Options) -> _Taken:
         """Make a run of a model that was compiled; BgError where it cannot be prepared."""
         model = LoadedModel(built, self._path.absolute().parent, (self._path, options))
         prepared = self._prepare(model)

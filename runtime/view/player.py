@@ -17,7 +17,7 @@ from bgc.diagnostics.render import excerpt
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import text
 from bgc.runtime.view.aside import Answer
-from bgc.runtime.view.exchange import Exchange, carried
+from bgc.runtime.view.exchange import Exchange, Prepared, carried
 from bgc.runtime.view.history import Rows, as_rows
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.meter import Meter
@@ -39,9 +39,9 @@ class Player:
     """A live run with the buttons of a player.
 
     `publish` gets `("rows", (epoch, rows))`, `("state", {..})`, `("values", [..])`,
-    `("fault", {..})`, `("graph", {..})`, `("powers", (epoch, row))`, and `("scene", ..)` when the
-    model is exchanged; the epoch counts the resets. Commands are queued and take effect between
-    two frames.
+    `("fault", {..})`, `("graph", {..})`, `("powers", (epoch, row))`, and `("scene", (description,
+    meshes))` when the model is exchanged; the epoch counts the resets. Commands are queued and take
+    effect between two frames.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Player:
         publish: Publish,
         duration: float | None = None,
         every: float | None = None,
-        exchange: Exchange | None = None,
+        exchange: Exchange[Prepared] | None = None,
     ) -> None:
         """Prepare a player, which pauses first after `duration`, by default the scene's, s.
 
@@ -163,10 +163,7 @@ class Player:
             work()
         except Exception as problem:
             self.playing = False
-            text = f"this is a bug in bgc: {type(problem).__name__}: {problem}"
-            message = {"code": "", "text": text, "help": "", "excerpt": ""}
-            fault = {"time": self._run.time, "stopped": True, "messages": [message]}
-            self._publish("fault", fault)
+            self._publish("fault", described_bug(problem, self._run.time))
 
     def _on_play(self, command: Mapping[str, Any]) -> None:
         if self.ended:
@@ -289,7 +286,7 @@ class Player:
         self.epoch += 1
         self._pause_at, self._ratio = self._duration, math.inf
         self.ended, self._ready = False, True
-        self._publish("scene", found)
+        self._publish("scene", (found.description, found.meshes))
         self._emit(np.zeros(1), row[None])
         self._publish("values", self._run.values())
 
@@ -349,6 +346,13 @@ def described_fault(
             for d in diagnostics
         ],
     }
+
+
+def described_bug(problem: Exception, time: float) -> dict[str, Any]:
+    """Describe a fault of bgc itself for the page."""
+    text = f"this is a bug in bgc: {type(problem).__name__}: {problem}"
+    message = {"code": "", "text": text, "help": "", "excerpt": ""}
+    return {"time": time, "stopped": True, "messages": [message]}
 
 
 def usual_speed(duration: float | None) -> float:

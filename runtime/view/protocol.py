@@ -6,7 +6,8 @@ The server sends text messages, JSON objects with a `type`, and binary messages 
 `scene`       the description (see `description`), the number of the `model` (exchanges so far), and
               `live`
 `state`       whether it plays, its speed, the speed reached, the epoch (number of resets), and the
-              devices that pages hold
+              devices that pages hold; of a loop in real time (`realtime` in the description) also
+              `loop`: `words` on it, and the `lines` of its report
 `values`      the values of all parameters, SI, in the order of the description
 `fault`       why a run stopped, or why a value was refused; the rows so far stay
 `graph`       the bond graph (see `graph`), where a page asked for it
@@ -24,7 +25,8 @@ with the `name` of a parameter and its `value`, SI. `hand` gives a `device` a po
 m, and if it likes `orientation` (a unit quaternion, scalar first), `gripper` and `buttons`; `leave`
 gives the `device` back to the scene. `graph` asks for the bond graph, `watch` with a `value`, true
 or false, for the efforts and flows of its bonds; `use` puts a `part` into a `slot`. All
-clients see and steer the same run.
+clients see and steer the same run. A loop in real time takes `hand`, `leave`, `set`, which holds
+from the next reset, `reset`, `graph` for its slots, and `use`.
 """
 
 from __future__ import annotations

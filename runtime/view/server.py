@@ -5,21 +5,19 @@ from __future__ import annotations
 import asyncio
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from time import time
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from bgc.diagnostics.catalogue.view import cannot_listen
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.view.description import Description
-from bgc.runtime.view.exchange import Prepared
 from bgc.runtime.view.history import TIMES, History, Rows
 from bgc.runtime.view.page import bundle, page
-from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import (
     ALL_ROWS,
     LONGEST,
@@ -35,6 +33,17 @@ HOST: Final = "127.0.0.1"
 _BEHIND: Final = 65536  # bytes waiting for a client, above which it misses rows
 _MOST_MESSAGES: Final = 8  # likewise
 _CLOSING: Final = 0.2  # s
+
+
+class Steered(Protocol):
+    """What the pages steer: the player of a live run, or a loop in real time."""
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """Its state, for a page that comes."""
+
+    def command(self, command: Mapping[str, Any]) -> None:
+        """Take a checked message of `protocol`; does not wait."""
 
 
 class Client:
@@ -65,6 +74,11 @@ class Client:
                     await self.socket.send_str(message)
                 else:
                     await self.socket.send_bytes(message)
+                self._messages.task_done()
+
+    async def flush(self) -> None:
+        """Wait until all that is queued has been sent."""
+        await self._messages.join()
 
 
 class Server:
@@ -89,7 +103,7 @@ class Server:
         self._meshes = meshes
         self._script = bundle()
         self._recorded = rows
-        self._player: Player | None = None
+        self._player: Steered | None = None
         self._history = History(TIMES + description["width"])
         self._values: list[float] = []
         self._fault: dict[str, Any] | None = None
@@ -103,8 +117,8 @@ class Server:
         """The address of the page, with its token."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
-    def attach(self, player: Player) -> None:
-        """Let clients steer a player."""
+    def attach(self, player: Steered) -> None:
+        """Let clients steer a player or a loop."""
         self._player = player
 
     def publish(self, kind: str, content: Any) -> None:
@@ -230,7 +244,10 @@ class Server:
                 client.send(pack("fault", self._fault))
 
     async def _say_goodbye(self, application: web.Application) -> None:
-        for client in list(self._clients):
+        clients = list(self._clients)
+        with suppress(TimeoutError):  # the reason of an end is among the last messages
+            await asyncio.wait_for(asyncio.gather(*(c.flush() for c in clients)), _CLOSING)
+        for client in clients:
             await client.socket.close(code=WSCloseCode.GOING_AWAY)
 
     # --- events of the player -------------------------------------------------------------
@@ -253,7 +270,7 @@ class Server:
                     client.send(message)
             return
         if kind == "scene":
-            self._exchange(content)
+            self._exchange(*content)
             return
         if kind == "values":
             self._values = content
@@ -264,11 +281,11 @@ class Server:
             self._fault = None
         self._send(pack(kind, content), may_miss=False)
 
-    def _exchange(self, found: Prepared) -> None:
+    def _exchange(self, description: Description, meshes: list[Path]) -> None:
         """Serve another model, whose rows follow; the pages load themselves again."""
-        self._description, self._meshes = found.description, found.meshes
+        self._description, self._meshes = description, meshes
         self._model += 1
-        self._history = History(TIMES + found.description["width"])
+        self._history = History(TIMES + description["width"])
         self._fault, self._values = None, []
         for client in self._clients:
             client.send(self._scene())

@@ -58,8 +58,8 @@ scene lift of Lift {
 class Served:
     """The command, with the address that it has printed."""
 
-    def __init__(self, *arguments):
-        command = [*BGC, "view", "--no-browser", *map(str, arguments)]
+    def __init__(self, *arguments, command="view"):
+        command = [*BGC, command, "--no-browser", *map(str, arguments)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         self.url = self.process.stdout.readline().strip()
 
@@ -389,6 +389,41 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         origins = (origin, origin.replace("http", "ws"))
         view.close(origins)
         check_tilting(View(browser, f"{served.url}&quality=low", has_touch=True), origins)
+    finally:
+        served.end()
+
+
+def test_a_loop_in_real_time_is_seen_and_steered(browser, folder):
+    """Pages come and go beside the loop, which waits for none of them."""
+    (folder / "arm.bg").write_text(HAND, "utf-8")
+    (folder / "still.csv").write_text("time,x,y,z\n0,0,0,0\n1,0,0,0\n")
+    given = ["--view", "--device", "hand=pointer", "--quiet", "--watchdog", "0 s"]
+    served = Served(folder / "arm.bg", *given, command="haptic")
+    origins = (served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws"))
+    try:
+        one, other = (View(browser, f"{served.url}&quality=low") for _ in "ab")
+        one.until("bgcView.devices.grips[0]?.px > 0 && bgcView.store.last > 0.1")
+        assert one.page.locator(".badge").inner_text().startswith("real time")
+        assert one.page.get_by_label("One step").is_hidden()
+        flat = one.page.locator(".handle .high").bounding_box()
+        mouse = one.page.mouse
+        mouse.move(flat["x"] + flat["width"] / 2, flat["y"] + flat["height"] / 2)
+        mouse.down()
+        mouse.move(flat["x"] + flat["width"] / 2, flat["y"] + 2, steps=3)
+        for view in (one, other):  # the tip of both rises, and the force pulls it down
+            view.until("bgcView.row[2] > 2.2 && bgcView.player.held[0] === 'hand'")
+        # The page that holds the device is killed: the other one sees the hand in the middle.
+        one.close(origins)
+        other.until("bgcView.player.held.length === 0 && bgcView.devices.grips[0].seen[2] === 0")
+        before = other.ask("bgcView.store.last")
+        other.until(f"bgcView.store.last > {before}")
+        other.page.keyboard.press("r")
+        other.until("bgcView.player.epoch === 1 && bgcView.store.last > 0 && bgcView.row[2] === 2")
+        served.end()
+        other.until("bgcView.disconnected && !bgcView.bannerBox.hidden")
+        assert "The loop has ended" in other.page.locator(".banner").inner_text()
+        other.wrong[:] = [text for text in other.wrong if "WebSocket" not in text]
+        other.close(origins)
     finally:
         served.end()
 

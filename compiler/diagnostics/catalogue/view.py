@@ -98,7 +98,8 @@ def device_not_steered(name: str, driver: str, known: Sequence[str]) -> Diagnost
 
     Example: the handle on the page is dragged while `--device hand=forcedimension` moves the crane.
 
-    Way out: `bgc view FILE --device hand=pointer`.
+    Way out: `bgc view FILE --device hand=pointer`; in real time, `bgc haptic FILE
+    --view` shows what the device of a hand does.
     """
     if not driver:
         there = f"; it has {', '.join(f'`{n}`' for n in known)}" if known else ""

@@ -8,10 +8,12 @@ const KEYS = [
   ["G", "Scene or bond graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
 ];
 
-export function helpOf() {
+const CLOCKED = ["Space", ".", "−  +", "G"]; // mean nothing to a loop in real time
+
+export function helpOf({ realtime }) {
   const row = ([keys, what]) =>
     el("tr", {}, el("td", {}, ...keys.split("  ").flatMap((key) => [el("kbd", {}, key), " "])), el("td", {}, what));
-  const dialog = el("dialog", { "aria-labelledby": "keys", onclick: () => dialog.close() }, el("h2", { id: "keys" }, "Keys"), el("table", {}, ...KEYS.map(row)));
+  const dialog = el("dialog", { "aria-labelledby": "keys", onclick: () => dialog.close() }, el("h2", { id: "keys" }, "Keys"), el("table", {}, ...KEYS.filter(([keys]) => !realtime || !CLOCKED.includes(keys)).map(row)));
   return dialog;
 }
 

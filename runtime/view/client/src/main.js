@@ -30,6 +30,11 @@ const LOST = {
   help: "If the command has ended, start it again and open the address that it prints.",
 };
 
+const LOOP_ENDED = {
+  text: "The loop has ended; the page keeps what it has.",
+  help: "Start bgc haptic again and open the address that it prints.",
+};
+
 class Page extends Playback {
   constructor() {
     super();
@@ -133,8 +138,9 @@ class Page extends Playback {
     this.disconnected = lost;
     document.body.classList.toggle("lost", lost);
     if (!this.badge) return;
-    if (lost) this.banner([LOST], "warn");
-    else this.hideBanner();
+    if (!lost) this.hideBanner();
+    else if (!this.player.loop || !this.player.ended) this.banner([LOST], "warn");
+    else if (this.bannerBox.hidden) this.banner([LOOP_ENDED], "warn"); // else it says why
     this.buttons();
   }
 
@@ -144,6 +150,7 @@ class Page extends Playback {
     const { description } = this;
     const plain = !description.shapes.some((s) => s.kind !== "handle");
     document.body.classList.toggle("plain", plain);
+    document.body.classList.toggle("realtime", Boolean(description.realtime));
     this.badge = el("span", { class: "badge" }, el("i"), el("span"));
     this.saving = new Saving(this);
     this.themeButton = button("moon", "Dark or light (T)", () => this.setTheme(this.theme === "dark" ? "light" : "dark"));
@@ -168,7 +175,8 @@ class Page extends Playback {
     this.chosen = el("div", { class: "chosen", hidden: true });
     const parametersTab = el("div", { class: "tab" }, this.chosen);
     this.side = el("aside", { "aria-label": "Side panel" });
-    const hasGraph = this.live && this.source.hasGraph;
+    const isOwnClock = this.live && !description.realtime;
+    const hasGraph = isOwnClock && this.source.hasGraph;
     const tabs = this.live ? [["Parameters", parametersTab]] : [];
     document.body.classList.toggle("swinging", Boolean(description.modes));
     if (plain) {
@@ -199,9 +207,10 @@ class Page extends Playback {
     if (tabs.length > 1 || description.modes) this.side.prepend((this.tabs = new Tabs(tabs)).root);
     this.side.hidden = plain && !description.parameters.length && !hasGraph;
     document.body.classList.toggle("hidden-side", this.side.hidden);
-    this.help = helpOf();
+    this.help = helpOf(description);
     document.body.append(el("div", { id: "app" }, head, this.main, this.side, this.transport()), this.help);
     this.plots = new Plots(plots, description, this.store, (time) => this.seek(time));
+    if (description.realtime) parametersTab.append(el("p", { class: "note" }, "In real time a value holds from the next reset (R): the force falls to zero, the model starts again, and the force rises."));
     if (this.live && description.parameters.length) {
       this.parameters = new Parameters(parametersTab, description, (name, value) => this.source.send("set", { name, value }));
     } else {
@@ -209,7 +218,7 @@ class Page extends Playback {
     }
     this.buildViews(plain);
     if (!plain) this.buildStage();
-    if (this.live && !plain) this.main.append(this.hint = el("div", { class: "glass hint" }, description.devices?.some((d) => d.free) ? "Drag the grip, or press Space" : "Press Space to start"));
+    if (isOwnClock && !plain) this.main.append(this.hint = el("div", { class: "glass hint" }, description.devices?.some((d) => d.free) ? "Drag the grip, or press Space" : "Press Space to start"));
     this.devices = new Devices({ ...this, began: () => this.goOn() });
     listenToKeys(this);
   }
@@ -266,7 +275,7 @@ class Page extends Playback {
     const found = path != null && this.graph?.graph ? this.graph.source(path) : null;
     this.chosen.hidden = !found;
     if (found) this.chosen.replaceChildren(el("b", {}, path || this.description.model), el("small", {}, ` ${found.what ?? ""}`), sourceBlock(found.line) ?? "");
-    if (path != null) this.askGraph();
+    if (path != null && this.graph) this.askGraph();
   }
 
   buildStage() {

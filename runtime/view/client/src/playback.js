@@ -41,9 +41,10 @@ export class Playback {
       this.speeds.value = nearest;
     }
     const lagging = playing && actual > 0 && actual < 0.93 * speed;
-    const text = this.disconnected ? "reconnecting" : this.modes ? "mode shapes" : !this.live ? "recorded run" : lagging ? `live, at ${speedText(actual)}` : ended ? "end of the scene" : playing ? "live" : "paused";
+    const { loop } = this.player; // in real time
+    const text = loop && (!this.disconnected || ended) ? loop.words : this.disconnected ? "reconnecting" : this.modes ? "mode shapes" : !this.live ? "recorded run" : lagging ? `live, at ${speedText(actual)}` : ended ? "end of the scene" : playing ? "live" : "paused";
     this.badge.className = `badge ${this.disconnected ? "lost" : this.live && playing ? "live" : ""}`;
-    this.badge.title = lagging ? "The model is slower than the clock on this machine" : this.disconnected ? "The connection is lost, or the command has ended" : "";
+    this.badge.title = lagging ? "The model is slower than the clock on this machine" : this.disconnected ? "The connection is lost, or the command has ended" : loop?.lines.join("\n") ?? "";
     this.badge.lastChild.textContent = text;
   }
 

@@ -8,6 +8,7 @@
 //   rows({whole, epoch, count, rows})  Rows, Float32Array of count * (2 + description.width): the time, s, as a sum
 //     of two numbers, then the columns of the model. `whole` and a new `epoch` (a reset) discard those before.
 //   state({playing, speed, actual, ended, epoch, ready})  Of the player; `actual` is the speed reached, 0: unknown.
+//     Of a loop in real time also `loop: {words, lines}`, what the badge says and the lines of the report.
 //   values({values})  Of all parameters, SI, in the order of the description.
 //   fault({messages: [{code, text, help}], stopped, time})  Why a run stopped, or a value was refused.
 //   graph(description)  The bond graph, once it was asked for: the plain data of graph.py.
