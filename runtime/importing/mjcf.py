@@ -40,6 +40,12 @@ _EARTH = (0.0, 0.0, -9.81)
 _NAMES = frozenset(("name", "class", "childclass", "model", "file"))
 _NOT_FINITE = re.compile(r"(?<!\S)[+-]?(?:nan|inf|infinity)(?!\S)", re.IGNORECASE)
 _CONTACT = "contacts are not imported"
+# Flags of `<option>` that disable a part of every joint; PASSIVE is that of older versions.
+_FLAGS = {
+    "damping": ("DAMPER", "PASSIVE"),
+    "friction": ("FRICTIONLOSS", "CONSTRAINT"),
+    "stiffness": ("SPRING", "PASSIVE"),
+}
 
 
 def read_mjcf(source: Source, notes: Notes) -> Robot:
@@ -113,7 +119,7 @@ class _Mjcf:
             self._body(number)
         self._equalities()
         self._note_the_rest()
-        gravity = _vector(model.opt.gravity)
+        gravity = ORIGIN if self._off("GRAVITY") else _vector(model.opt.gravity)
         source = self.root.span.source
         name = self.root.attributes.get("model", "").strip() or Path(source.name).stem
         robot = Robot(
@@ -125,6 +131,14 @@ class _Mjcf:
             None if gravity == _EARTH else gravity,
         )
         return in_depth_first_order(robot, self.notes)
+
+    def _off(self, *flags: str) -> bool:
+        """Return whether `<flag>` of the model's options disables one of these parts of MuJoCo.
+
+        A version of MuJoCo that lacks a flag never disables its part.
+        """
+        bits = (getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{flag}", 0) for flag in flags)
+        return any(int(bit) & int(self.model.opt.disableflags) for bit in bits)
 
     # --- bodies --------------------------------------------------------------------
 
@@ -190,7 +204,7 @@ class _Mjcf:
         stiffness = float(np.ravel(model.jnt_stiffness[k])[0])
         self._refuse_curves(k, dof, name, span)
         reference = float(model.qpos0[model.jnt_qposadr[k]]) if kind.driven else 0.0
-        limited = bool(model.jnt_limited[k])
+        limited = bool(model.jnt_limited[k]) and not self._off("LIMIT", "CONSTRAINT")
         lower, upper = (float(x) for x in model.jnt_range[k])
         given = {
             "damping": float(damping[0]),
@@ -198,6 +212,7 @@ class _Mjcf:
             "rotor": float(rotor[0]),
             "stiffness": stiffness,
         }
+        given |= {part: 0.0 for part, flags in _FLAGS.items() if self._off(*flags)}
         if not kind.driven:
             kept = {"damping", "rotor"} if kind is Kind.BALL else set()
             for what in [w for w, value in given.items() if value and w not in kept]:
@@ -244,6 +259,8 @@ class _Mjcf:
 
     def _equalities(self) -> None:
         model, types = self.model, self.mujoco.mjtEq
+        if self._off("EQUALITY", "CONSTRAINT"):
+            return
         for k in range(model.neq):
             kind = types(int(model.eq_type[k]))
             if not model.eq_active0[k]:

@@ -132,7 +132,7 @@ def test_urdf_moves_as_in_pinocchio(tmp_path):
 
 def mjcf_files():
     installed = find_spec("mujoco")
-    files = [ROBOTS / "crawler.xml"]
+    files = [ROBOTS / "crawler.xml", ROBOTS / "disabled.xml"]
     if installed is not None and installed.origin is not None:
         files.append(Path(installed.origin).parent / "testdata" / "model.xml")
     return [file for file in files if file.is_file()]
@@ -140,7 +140,7 @@ def mjcf_files():
 
 @pytest.mark.parametrize("file", mjcf_files(), ids=lambda file: file.stem)
 def test_mjcf_moves_as_in_mujoco(file, tmp_path):
-    """A robot of our own; and a model that comes with MuJoCo, with 43 degrees of freedom."""
+    """Two robots of our own; and a model that comes with MuJoCo, with 43 degrees of freedom."""
     mujoco = pytest.importorskip("mujoco")
     robot = read_mjcf(read_source(file), Notes())
     plan = plan_of(robot, Names(), carried_by_joints(robot), limits=True)
