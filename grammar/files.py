@@ -10,6 +10,7 @@ from bgc.diagnostics.source import Source
 
 MAX_BYTES = 16_000_000
 MAX_LINES = 1_000_000
+_ZIP = b"PK\x03\x04"
 
 
 def read_source(path: Path) -> Source:
@@ -41,4 +42,5 @@ def read_source(path: Path) -> Source:
     try:
         return Source(name, data.decode("utf-8-sig"))
     except UnicodeDecodeError as reason:
-        raise BgError([files.not_utf8(name, reason.start, data[reason.start])]) from None
+        archive = data.startswith(_ZIP)
+        raise BgError([files.not_utf8(name, reason.start, data[reason.start], archive)]) from None

@@ -18,6 +18,7 @@ from bgc.runtime.importing.write import write_robot
 
 ROBOTS = (".urdf", ".xml", ".mjcf")
 GRAPHS = (".bg", ".yaml", ".yml")
+COMPILED = {".fmu": "an FMU", ".ssp": "a system of FMUs"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,10 @@ def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
     if kind == ".xacro":
         what = f"{path} is written in xacro, a language of macros"
         help = f"run `xacro {path} > robot.urdf`, and import robot.urdf"
+        raise BgError([not_importable(what, help=help)])
+    if kind in COMPILED:
+        what = f"{path} is {COMPILED[kind]}: it hides the equations that a model needs"
+        help = "run it beside a model in a system of FMUs: `bgc build FILE.bg --target ssp`"
         raise BgError([not_importable(what, help=help)])
     if kind not in ROBOTS + GRAPHS:
         what = f"{path} is of an unknown kind"

@@ -98,6 +98,9 @@ def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     latin = tmp_path / "latin.bg"
     latin.write_bytes("// blåse".encode("latin-1"))
     assert code_of(latin) == f"BG004: `{latin}` is not UTF-8: byte 0xe5 at offset 5"
+    archive = tmp_path / "m.fmu"
+    archive.write_bytes(b"PK\x03\x04\xff")
+    assert code_of(archive) == f"BG004: `{archive}` is an archive, not a text"
     monkeypatch.setattr(files, "MAX_BYTES", 7)
     assert code_of(latin).startswith("BG005")
     assert code_of(latin / "below.bg").startswith("BG003")

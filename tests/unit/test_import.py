@@ -177,10 +177,13 @@ def test_a_loop_is_refused_with_both_joints(tmp_path):
     assert diagnosed(tmp_path, ARM.replace("</robot>", extra))[0][0] == "BG270"
 
 
-@pytest.mark.parametrize("name", ["robot.urdf.xacro", "robot.step"])
-def test_other_kinds_of_files_are_refused(folder, name):
+@pytest.mark.parametrize(
+    ("name", "way_out"),
+    [("robot.urdf.xacro", "xacro robot"), ("robot.step", ".urdf"), ("m.fmu", "--target ssp")],
+)
+def test_other_kinds_of_files_are_refused(folder, name, way_out):
     refused = run("import", name)
-    assert refused.exit_code == 1 and "BG137" in refused.stderr
+    assert refused.exit_code == 1 and "BG137" in refused.stderr and way_out in refused.stderr
 
 
 def test_a_joint_without_mass_is_fixed_and_named(tmp_path):

@@ -43,19 +43,19 @@ def unreadable(name: str, reason: str) -> Diagnostic:
     return error("BG003", f"`{name}` cannot be read: {reason}")
 
 
-def not_utf8(name: str, offset: int, byte: int) -> Diagnostic:
+def not_utf8(name: str, offset: int, byte: int, archive: bool) -> Diagnostic:
     """BG004: a file that is not UTF-8
 
     What: a byte of the file is not valid UTF-8.
     Why: the file is saved in another encoding, or is not a text file.
-    Example: a comment with a Latin-1 `ø`.
-    Way out: save the file as UTF-8.
+    Example: a comment with a Latin-1 `ø`; an FMU or another archive in place of the model.
+    Way out: save the file as UTF-8; name the `.bg` file that an archive was made from.
     """
-    return error(
-        "BG004",
-        f"`{name}` is not UTF-8: byte 0x{byte:02x} at offset {offset}",
-        help="save the file as UTF-8",
-    )
+    what = f"`{name}` is not UTF-8: byte 0x{byte:02x} at offset {offset}"
+    help = "save the file as UTF-8"
+    if archive:
+        what, help = f"`{name}` is an archive, not a text", "name the `.bg` file of the model"
+    return error("BG004", what, help=help)
 
 
 def too_large(name: str, size: int, limit: int, unit: str) -> Diagnostic:

@@ -13,14 +13,16 @@ def not_importable(
     """BG137: a file that `bgc import` cannot read
 
     What: the file is not well-formed, is of another kind than its name says, or uses a form that is
-    not read: macros of xacro, entities of XML, tags and anchors of YAML.
+    not read: macros of xacro, entities of XML, tags and anchors of YAML; or it is an FMU.
 
     Why: the text of a robot is read as XML without a document type, that of BondGraphTools as plain
-    YAML. An entity can name other files, or expand to gigabytes.
+    YAML. An entity can name other files, or expand to gigabytes. An FMU hides its equations, from
+    which causality, Jacobians and energy accounts are made.
 
     Example: `bgc import arm.urdf.xacro`, a URDF without `<robot>`, a file cut off in the middle.
 
-    Way out: expand macros first (`xacro arm.urdf.xacro > arm.urdf`), and write entities out.
+    Way out: expand macros first (`xacro arm.urdf.xacro > arm.urdf`), and write entities out. Run an
+    FMU beside a model: `bgc build FILE.bg --target ssp` writes a system of FMUs.
     """
     return error("BG137", what, span, note=note, help=help)
 
