@@ -5,16 +5,59 @@ from collections import Counter
 from importlib import import_module
 from pathlib import Path
 
+import click
 import pytest
 
 from bgc.diagnostics import catalogue
 from bgc.diagnostics.catalogue.pages import find_page, pages
+from bgc.reference.codes import GROUP
+from bgc.reference.entry import Text
+from bgc.runtime.cli.app import application
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_every_page_tells_what_why_an_example_and_the_way_out():
     for code, page in pages().items():
         for paragraph in ("What: ", "Why: ", "Example: ", "Way out: "):
             assert f"\n{paragraph}" in page, f"{code} has no paragraph {paragraph}"
+
+
+def test_each_part_of_a_page_is_a_paragraph():
+    for code in pages():
+        blocks = [block.text for block in GROUP.entry(code).body if isinstance(block, Text)]
+        starts = [text.partition(": ")[0] for text in blocks]
+        assert [s for s in starts if s in ("What", "Why", "Example", "Way out")] == [
+            "What", "Why", "Example", "Way out",
+        ], code  # fmt: skip
+
+
+def texts_that_name_commands() -> list[Path]:
+    topics = Path(catalogue.__file__).parent.glob("*.py")
+    return [
+        *topics,
+        *(ROOT / name for name in ("README.md", "grammar/LANGUAGE.md", "tests/README.md")),
+        *(ROOT / "library/examples").glob("*.md"),
+    ]
+
+
+def test_commands_and_options_that_texts_name_exist():
+    context = click.Context(application)
+    options = {
+        name: {"--help", *(text for p in command.params for text in (*p.opts, *p.secondary_opts))}
+        for name in application.list_commands(context)
+        if (command := application.get_command(context, name)) is not None
+    }
+    wrong = [
+        f"{path.name}: bgc {command}{option and ' ' + option}"
+        for path in texts_that_name_commands()
+        for command, rest in re.findall(
+            r"`bgc ([a-z]+)\b([^`]*)`", re.sub(r"\s+", " ", path.read_text("utf-8"))
+        )
+        for option in ("", *re.findall(r"(?<![\w-])--[a-z-]+", rest))
+        if command not in options or (option and option not in options[command])
+    ]
+    assert wrong == []
 
 
 def test_no_code_is_given_twice():

@@ -153,7 +153,7 @@ def no_loop(gain: float, input_: str, output: str) -> Diagnostic:
     What: with this gain, no value of the input solves the loop.
     Why: the output answers the input at once, by exactly -1/gain. The input `gain*(reference -
     output)` would have to be equal to itself plus the reference.
-    Example: `bgc step amplifier.bg --input supply.e --output inverted --feedback 1`, for an
+    Example: `bgc step amplifier.bg --input supply.e --output inverted --closed --gain 1`, for an
     output equal to -supply.e
     Way out: choose another gain, or an output behind a storage element.
     """
@@ -171,13 +171,13 @@ def no_time_response(output: str) -> Diagnostic:
     cannot be eliminated at the operating point.
     Why: the response would hold impulses, or its initial values would not be determined.
     Example: a mass matrix that is singular without a row of zeros.
-    Way out: `bgc bode`, `bgc nyquist` and `bgc run` accept such a model.
+    Way out: `bgc bode` and `bgc run` accept such a model.
     """
     return error(
         "BG796",
         f"the response of `{output}` is not computed: algebraic equations remain in the "
         "linear model",
-        help="`bgc bode`, `bgc nyquist` and `bgc run` accept such a model",
+        help="`bgc bode` and `bgc run` accept such a model",
     )
 
 
