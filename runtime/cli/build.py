@@ -90,7 +90,7 @@ _FMI = {"fmu2": 2, "fmu3": 3}
     "wires",
     metavar="WIRE",
     multiple=True,
-    help='With --target ssp: a connection, "plant.angle -> loop.measured"; what it leads to '
+    help='With --target ssp: a connection, "plant.angle -> loop.measured"; its end '
     "becomes an input. May be repeated.",
 )
 @click.option(

@@ -32,7 +32,7 @@ def causality(
 ) -> None:
     """Show the causality of a scene of FILE: strokes, storage, algebraic loops.
 
-    A stroke, |-> or ->|, stands at the end of the bond that is given the effort. Each is printed
+    A stroke, |-> or ->|, stands at the end of the bond that receives the effort. Each is printed
     with its reason.
     """
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))

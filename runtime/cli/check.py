@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -11,10 +12,12 @@ from bgc.driver import check_source
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option, verify_option
 
+_scene_option = partial(scene_option, text="Scene to check; by default all scenes of each file.")
+
 
 @click.command()
 @click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
-@scene_option
+@_scene_option
 @strict_option
 @verify_option
 @click.pass_context

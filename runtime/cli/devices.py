@@ -22,7 +22,7 @@ _EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")
 def devices(example: str | None) -> None:
     """List drivers and haptic devices, and why one cannot be used.
 
-    Looks for the makers' libraries, USB ids, udev rules and permissions.
+    Checks the manufacturers' libraries, USB devices, udev rules and permissions.
     """
     if example is not None:
         click.echo(_write_example(Path(example)))

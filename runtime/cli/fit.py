@@ -77,7 +77,12 @@ Examples (tuned.bg and shaken.csv: the manual, "Many runs"):
     metavar="N",
     help="Start at the best of N points within the bounds.",
 )
-@click.option("--confidence", type=float, default=0.95, help="Of the intervals; 0.95 by default.")
+@click.option(
+    "--confidence",
+    type=float,
+    default=0.95,
+    help="Level of the confidence intervals; 0.95 by default.",
+)
 @click.option("--out", metavar="FILE", help="Write estimates and intervals: .csv.")
 @click.option("--plot", metavar="FILE", help="Draw data and estimate: .png, .svg or .pdf.")
 @method_options

@@ -52,7 +52,9 @@ if TYPE_CHECKING:
 @click.option("--rtol", type=float, help="Relative tolerance of adaptive steps and substeps.")
 @click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
 @click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
-@click.option("--substeps", type=int, help="Most parts of a fixed step whose error is too large.")
+@click.option(
+    "--substeps", type=int, help="Parts, at most, into which an inaccurate fixed step is divided."
+)
 @click.option("--rest", is_flag=True, help="Start at the nearest state at which all rates vanish.")
 @click.option("--record", metavar="FILE", help="Record the motion: .csv, which `trace` replays.")
 @click.option(
@@ -60,7 +62,7 @@ if TYPE_CHECKING:
     "exchanges",
     multiple=True,
     metavar="SCENE",
-    help="Scene, or NAME=VALUE, that a key lets take over in the running loop. May be repeated.",
+    help="Scene, or NAME=VALUE, to which a key switches the running loop. May be repeated.",
 )
 @click.option("--view", is_flag=True, help="Show the loop in the browser, in 3D with plots.")
 @click.option(

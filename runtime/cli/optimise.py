@@ -67,7 +67,7 @@ Examples (tuned.bg: the manual, "Many runs"):
     "--judge",
     type=click.Choice(("worst", "mean")),
     default="worst",
-    help="Objective of several cases: that of the worst one, or the mean.",
+    help="With --over: take the objective of the worst case, or the mean.",
 )
 @click.option(
     "--search",
@@ -90,7 +90,9 @@ Examples (tuned.bg: the manual, "Many runs"):
 )
 @click.option("--seed", type=int, default=0, help="Seed of the starts and of the evolution.")
 @click.option("--out", metavar="FILE", help="Write the design, its objective and limits: .csv.")
-@click.option("--plot", metavar="FILE", help="Draw the way to it: .png, .svg or .pdf.")
+@click.option(
+    "--plot", metavar="FILE", help="Draw the best objective against the runs: .png, .svg or .pdf."
+)
 @method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
 @click.pass_context
@@ -119,7 +121,7 @@ def optimise(
     """Find the parameters of a scene of FILE that make an observable least or largest.
 
     Searches within bounds and limits, and prints the best design. The exit status is 1 if no
-    design meets the limits or the search did not end by itself. Ctrl-C ends the search with the
+    design meets the limits or the search did not converge. Ctrl-C ends the search with the
     best design so far.
     """
     if (minimise is None) == (maximise is None):

@@ -26,9 +26,9 @@ _METHOD_OPTIONS: tuple[tuple[str, str | type, str], ...] = (
     ("--atol", float, "Absolute tolerance of all states, in SI units."),
     ("--step", "TIME", 'Step of a fixed-step method: 0.001, or "1 ms".'),
     ("--max-step", "TIME", 'Longest step of an adaptive method: "5 ms".'),
-    ("--substeps", int, "Most parts of a fixed step whose error is too large."),
+    ("--substeps", int, "Parts, at most, into which an inaccurate fixed step is divided."),
     ("--every", "TIME", 'Interval between rows: "10 ms".'),
-    ("--settle", "FREQUENCY", 'Start modes faster than this at rest: "20 Hz".'),
+    ("--settle", "FREQUENCY", 'Start with all modes above this frequency at rest: "20 Hz".'),
     ("--rest", bool, "Start at the nearest state at which all rates vanish."),
     ("--time", "TIME", 'Simulated time: "60 s"; by default that of the scene.'),
 )
@@ -39,9 +39,10 @@ def model_file(command: _Command) -> _Command:
     return click.argument("file", type=MODEL_FILE)(command)
 
 
-def scene_option(command: _Command) -> _Command:
+def scene_option(
+    command: _Command, text: str = "Scene to take; by default the first of the file."
+) -> _Command:
     """Add `--scene`."""
-    text = "Scene to take; by default the first of the file."
     return click.option("--scene", metavar="NAME", help=text, shell_complete=scenes_of)(command)
 
 

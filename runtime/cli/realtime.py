@@ -26,13 +26,18 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 # Option, field of RealtimeOptions, unit, text.
 _LIMITS = (
-    ("--max-force", "max_force", "N", 'Largest force: "5 N"; that of the device holds too.'),
+    (
+        "--max-force",
+        "max_force",
+        "N",
+        "Largest force, such as 5 N; the device's own limit applies too.",
+    ),
     ("--max-torque", "max_torque", "N*m", "Largest torque."),
     ("--max-gripper-force", "max_gripper_force", "N", "Largest force of the gripper."),
     ("--max-force-rate", "max_force_rate", "N/s", "Fastest change of the force."),
     ("--max-power", "max_power", "W", "Largest power into the hand."),
     ("--ramp", "ramp", "s", "Time in which the force rises (0.5 s)."),
-    ("--stale", "stale", "s", "Longest time without news of a device with motors (0.1 s)."),
+    ("--stale", "stale", "s", "Longest time without new data from a device with motors (0.1 s)."),
     ("--watchdog", "watchdog", "s", "Longest time without a sample (0.1 s)."),
 )
 _MOST_VALUES = 12
@@ -45,9 +50,9 @@ def realtime_options(command: _Command) -> _Command:
         command = click.option(option, metavar="VALUE", help=text)(command)
     dead_man = "Button without which there is no force: 1 to 8."
     command = click.option("--dead-man", type=int, metavar="BUTTON", help=dead_man)(command)
-    burst = "Missed deadlines that end the loop (100 with a force, else none); 0: none."
+    burst = "Number of missed deadlines that ends the loop (100 with motors); 0: no limit."
     command = click.option("--burst", type=float, metavar="COUNT", help=burst)(command)
-    policy = "What happens to missed periods, in place of the scene's `deadline`."
+    policy = "Treatment of missed periods, in place of that in the scene's `deadline`."
     choice = click.Choice(("hold", "skip", "slow"))
     return click.option("--policy", type=choice, help=policy)(command)
 

@@ -60,7 +60,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @device_option
 @method_options
 @click.option("--shapes", is_flag=True, help="Record the poses of all shapes in the .npz file.")
-@click.option("--realtime", is_flag=True, help="Keep step with the clock (see bgc haptic).")
+@click.option("--realtime", is_flag=True, help="Run in step with the clock (see bgc haptic).")
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def run(
@@ -84,7 +84,7 @@ def run(
 ) -> None:
     """Simulate a scene of FILE; write and draw what it observes.
 
-    After a failure, Ctrl-C or SIGTERM the rows up to there are still written.
+    If the run fails, or Ctrl-C or SIGTERM ends it, the rows so far are still written.
     """
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")

@@ -47,7 +47,7 @@ from bgc.runtime.stress.tables import summary, tables, write_csv
     "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."
 )
 @click.option(
-    "--within", type=float, help="Largest error of a result that holds, as a part of its range."
+    "--within", type=float, help="Largest acceptable error, as a fraction of the range of a result."
 )
 @click.option(
     "--budget",

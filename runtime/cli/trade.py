@@ -44,15 +44,18 @@ _PICTURES = (".png", ".svg", ".pdf")
 @click.option("--rtols", metavar="NUMBERS", help="Tolerances of adaptive methods: 1e-3,1e-6.")
 @click.option("--steps", metavar="TIMES", help='Steps of fixed-step methods: "1 ms, 0.5 ms".')
 @click.option(
-    "--keep", "keeps", metavar="NUMBERS", help="Numbers of steps that keep a Jacobian: 1,2,5."
+    "--keep",
+    "keeps",
+    metavar="NUMBERS",
+    help="Numbers of steps for which a Jacobian is kept: 1,2,5.",
 )
 @click.option(
     "--variants",
     multiple=True,
     metavar="VARIANT",
-    help='Other scenes to measure too: a slot to fill otherwise ("*.lock": several together; '
-    '"all": each by itself), "activity": what that finds negligible, or lines: '
-    '"use a = B; set c = 0".',
+    help='Variants to measure too: a slot to fill with other types ("*.lock": several slots '
+    'together; "all": each slot by itself), "activity" (without the parts that bgc activity finds '
+    'negligible), or lines of a scene: "use a = B; set c = 0".',
 )
 @click.option(
     "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."

@@ -94,7 +94,7 @@ def view(
     `--export` runs the scene and writes its replay as one file that needs no server.
 
     `--modes` shows the modes at the initial state, at a time (--at) or in equilibrium (--steady),
-    with frequencies and damping ratios; the page swings the shapes in one of them.
+    with frequencies and damping ratios; the page animates the shapes in one of them.
     """
     check_target(export, _PAGES)
     if (at is not None or steady) and not modes:

@@ -42,7 +42,7 @@ class Estimate(Tabled):
     noise
         The standard deviation of the residuals of each column, or the one that was given.
     converged, runs, failed
-        Whether the iteration ended by itself; the number of runs, and of those that failed.
+        Whether the iteration converged; the number of runs, and of those that failed.
     warnings
         Combinations of parameters that the data do not determine (BG478).
     """

@@ -61,7 +61,7 @@ class Optimum(Tabled):
     over
         Parameters over which each design runs, with their values in its cases, SI.
     converged, search
-        Whether the search ended by itself; `gradient` or `evolution`.
+        Whether the search converged; `gradient` or `evolution`.
     runs, failed, failures
         The number of runs, of those that failed, and their errors.
     history
@@ -147,7 +147,7 @@ class Optimum(Tabled):
             )
             notes.append(f"the worst case is {at}")
         if not self.converged:
-            notes.append("the search did not end by itself")
+            notes.append("the search did not converge")
         cells = (self.goal.name, shown.text(self.objective), shown.text(self.at_start))
         return Table(f"{way}{joined}", ("", "best", "start"), (cells,), "\n".join(notes))
 
