@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import isfinite, isinf
 from typing import TypeAlias
 
 ShownRow: TypeAlias = tuple[str, str, float]
@@ -31,7 +32,18 @@ class Shown:
 
     def text(self, si: float, digits: int = 6) -> str:
         """The number in `si` with its unit, in `digits` digits: `200 bar`, or a plain number."""
-        return f"{self.number(si) + 0.0:.{digits}g} {self.label}".rstrip()
+        number = self.number(si) + 0.0
+        outside = isfinite(si) and si != 0.0 and (isinf(number) or number == 0.0)
+        text = self._text_outside(si, digits) if outside else f"{number:.{digits}g}"
+        return f"{text} {self.label}".rstrip()
+
+    def _text_outside(self, si: float, digits: int) -> str:
+        """A number that is outside the range of doubles in this unit, though not in SI."""
+        # Slow to load, and rarely needed.
+        from decimal import Decimal
+
+        number = Decimal(si) / Decimal(self.factor)
+        return str(Decimal(f"{number:.{digits}g}").normalize()).lower()
 
     @property
     def label(self) -> str:

@@ -245,3 +245,18 @@ def test_a_unit_stands_on_either_side_of_the_name():
     assert found == [
         (None, "deg", "deg"), ("b", "mm/s", "mm/s"), ("c", "1/s", "1/s"), ("d", "m", "m"),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("si", "unit", "text"),
+    [
+        (1e300, Shown("uF", 1e-18), "1e+318 uF"),
+        (1.23456789e305, Shown("mm", 1e-3), "1.23457e+308 mm"),
+        (1.23456789e306, Shown("mm", 1e-3), "1.23457e+309 mm"),
+        (5e-324, Shown("km", 1e3), "4.94066e-327 km"),
+        (math.inf, Shown("mm", 1e-3), "inf mm"),
+        (0.0, Shown("km", 1e3), "0 km"),
+    ],
+)
+def test_a_number_may_be_outside_the_range_of_doubles_in_its_unit(si, unit, text):
+    assert unit.text(si) == text
