@@ -11,7 +11,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range
-from bgc.diagnostics.catalogue.studies import bad_observable
+from bgc.diagnostics.catalogue.studies import no_criterion
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Criterion, read_criterion
@@ -62,8 +62,7 @@ def read_criteria(model: LoadedModel, texts: Sequence[str]) -> tuple[Criterion, 
     wanted = texts or model.facts.criteria
     found = [each for text in wanted for each in read_criterion(text, columns, read_quantity)]
     if not found:
-        example = 'add `require tension < 300 kN;` to it, or give "max(tension) < 300 kN"'
-        raise BgError([bad_observable("criteria", "the scene has no limit", example)])
+        raise BgError([no_criterion()])
     return tuple(found)
 
 

@@ -35,6 +35,16 @@ def bad_observable(
     )
 
 
+def no_criterion() -> Diagnostic:
+    """BG787, of a study of operability: neither its call nor its scene gives a criterion."""
+    return error(
+        "BG787",
+        "there is no criterion to examine: no `--require` is given, and the scene has no limit",
+        help='give `--require "max(tension) < 300 kN"`, or add `require tension < 300 kN;` to the '
+        "scene",
+    )
+
+
 def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
     """BG788: a table of cases, of a recorded motion or of sea states that cannot be read
 
