@@ -18,6 +18,7 @@ from bgc.grammar.error_context import (
     types_of_statement,
 )
 from bgc.grammar.peers import keyword_advice
+from bgc.grammar.words import SCENE_WORDS
 
 _POWER = r"(?:\^(-?[0-9]+(?:\.[0-9]+)?))?"
 _RECIPROCAL = re.compile(
@@ -72,6 +73,8 @@ def two_operands(context: ErrorContext, found: Token) -> Explanation | None:
         separate = f"separate components by commas: `[{previous}, {found}]`"
         before, after = context.describe_previous(), context.describe_found()
         return Explanation(wrong.missing_operator(context.span(), before, after, "", separate))
+    if previous.type == "NUMBER" and " " in previous and found in SCENE_WORDS:
+        return None  # the next statement, or a clause: `run 10 s step 1 ms;`
     if previous.type == "NUMBER" and WORD.fullmatch(found):
         span = place_of(context, previous).to(context.span())
         if " " in previous:

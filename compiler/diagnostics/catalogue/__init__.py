@@ -141,4 +141,7 @@ def _near(name: str, candidates: Iterable[str]) -> list[str]:
         alike = [n for n in by_folded if n[:1] == letter and abs(len(n) - length) < 3]
         by_folded = {n: by_folded[n] for n in alike[:_COMPARED]}
     near = get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)
-    return [by_folded[folded] for folded in near]
+    # Letters in another order leave little of a short name for the comparison: RCL for RLC.
+    letters = sorted(name.casefold())
+    anagrams = [n for n in by_folded if len(n) > 2 and n not in near and sorted(n) == letters]
+    return [by_folded[folded] for folded in (*near, *anagrams)][:3]

@@ -52,13 +52,15 @@ def unknown_type(
     imports.
     Example: `boom : Beem(length = 12 m);`
     Way out: correct the name, or import the file that declares it. `advice` is that for a word of
-    another tool, such as `OneJunction`.
+    a textbook or of another tool, such as `OneJunction`.
     """
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
     edits = respelt(span, name, candidates)
     if library is not None:
         near = f"import it from the library: `import {library};`"
+        if advice:
+            near = f"{advice}; or import the library's `{name}`: `import {library};`"
         edits = [Edit(import_place(span.source), f"import {library};\n")]
     return error(
         "BG201",
