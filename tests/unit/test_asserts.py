@@ -66,5 +66,5 @@ def test_a_matrix_that_is_not_a_rotation_is_refused(tmp_path: Path, axes: str) -
 def test_what_parameters_decide_is_checked_when_they_are_known(tmp_path: Path) -> None:
     model = bgc.compile(written(tmp_path, "rot_x(phi)*diag([1, stretch, 1])"))
     model.simulate(parameters={"phi": 0.7})
-    with pytest.raises(BgError, match=r"BG705.*rotation"):
+    with pytest.raises(BgError, match=r"BG705: `mount`: .*rotation"):
         model.simulate(parameters={"stretch": 2})

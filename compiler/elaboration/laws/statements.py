@@ -206,7 +206,8 @@ def _read_assert(
     check_value(value, (), None, statement.condition.span, "the condition")
     (condition,) = value.nodes
     if world.dag.level[condition] > Level.CONST:
-        return [Guard(condition, statement.message, statement.span)]
+        whose = f"`{instance.path}`: " if instance.path else ""
+        return [Guard(condition, whose + statement.message, statement.span)]
     (holds,) = evaluate_nodes(world.dag, [condition], {})
     if not holds:
         raise BgError([laws.false_assert(instance.span, statement.message, statement.span)])
