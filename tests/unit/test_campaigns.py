@@ -7,6 +7,7 @@ from functools import partial
 import ill_posed_cases
 import mutants
 import pytest
+import variants
 import workers
 from ill_posed_cases import GENERATORS
 from judging import Verdict
@@ -72,3 +73,26 @@ def test_portions_are_kept(tmp_path):
     workers.keep_portion(path, portion)
     assert workers.kept_portions(path) == {0: portion}
     assert "hang                3" in workers.summary([portion])
+
+
+SPRINGS = """
+model Hanging {
+  param pull : N = 20 N;
+  mass   : I(2 kg);
+  weight : Se(e = pull);
+  spring : C(stiffness = 100 N/m, q0 = 0.1 m);
+  body   : J1;
+  weight -> body -> mass, spring;
+}
+scene still of Hanging { observe spring.q as stretch; start rest; run 1 s; }
+scene falling of Hanging { observe spring.q as stretch; run 1 s; }
+"""
+
+
+def test_a_changed_scene_that_moves_is_a_fault(tmp_path):
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "springs.bg").write_text(SPRINGS)
+    found = variants.cases(tmp_path, ("set",), None)
+    assert {case.name for case in found} == {"pull"} and len(found) == 4
+    outcomes = [variants.judge(found, k, tmp_path)[0].outcome for k in range(4)]
+    assert outcomes == ["at rest", "at rest", "silent", "silent"]

@@ -1,0 +1,267 @@
+"""Every change of one line in every scene of the library, and whether it still starts at rest.
+
+A change fills one slot with another model of the library (`use vessel = Quay;`), or multiplies one
+parameter by 0.7 or 1.3 (`set crane.boom.length = 13 m;`). The changed scene has to start at rest,
+run for 0.1 s with finite results and a closed account, or be refused with a code.
+
+    python tests/campaigns/variants.py --results variants.jsonl [--scene NAME] [--kind use|set]
+    python tests/campaigns/variants.py --show "excavator: use machine.lift"
+
+All that a case is judged by is computed anew from the start: the rates there, in the scales of the
+states, and how far the recorded values move within 20 ms where nothing depends on the time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ[_name] = "1"  # idle threads reserve memory
+
+import numpy as np  # noqa: E402
+import workers  # noqa: E402
+from judging import Verdict  # noqa: E402
+
+import bgc  # noqa: E402
+import bgc.library  # noqa: E402
+from bgc.diagnostics.diagnostic import BgError  # noqa: E402
+from bgc.driver import compile_scene  # noqa: E402
+from bgc.elaboration.scenes.variants import variants_of  # noqa: E402
+from bgc.grammar.parse import parse, read_source  # noqa: E402
+from bgc.grammar.syntax import Model, Scene, Start  # noqa: E402
+from bgc.options import Options  # noqa: E402
+from bgc.runtime.running.structures import Status  # noqa: E402
+
+LIBRARY = Path(bgc.library.__path__[0])
+PORTION = 10
+SECONDS = 180.0  # of processor time for one case, most of it the C compiler
+FACTORS = (0.7, 1.3)
+RATE = 1e-5  # of a state's scale in a second; stiff locks round 1e11 N m/rad to 1e-6
+SHORT, LONG = 0.02, 0.1  # s
+MOVED = 1e-6  # of a value, or of its unit where it is small
+RESIDUAL = 1e-4  # of the energy that was exchanged
+_INDEX = re.compile(r"\[\d[\d, ]*\]")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene and one statement more."""
+
+    file: Path
+    scene: str
+    kind: str  # use or set
+    name: str
+    value: str
+
+    @property
+    def text(self) -> str:
+        return f"{self.file.stem}/{self.scene}: {self.kind} {self.name} = {self.value};"
+
+
+def cases(folder: Path, kinds: tuple[str, ...], only: str | None) -> list[Case]:
+    """All cases of the kinds, scene by scene, in the order of the scenes' files."""
+    found: list[Case] = []
+    for file, scene in _scenes(folder):
+        if only in (None, scene, file.stem):
+            if "use" in kinds:
+                found += _uses(file, scene)
+            if "set" in kinds:
+                found += _sets(file, scene)
+    return found
+
+
+def opened(folder: Path) -> None:
+    """Copy the scenes to a folder, each with all modules of the library imported."""
+    (folder / "scenes").mkdir()
+    (folder / "traces").symlink_to(LIBRARY / "traces")
+    modules = [
+        f for f in sorted(LIBRARY.rglob("*.bg")) if f.parent.name not in ("scenes", "examples")
+    ]
+    names = [f"{f.parent.name}.{f.stem}" for f in modules if _has_models(f)]
+    for file in (LIBRARY / "scenes").glob("*.bg"):
+        text = file.read_text("utf-8")
+        more = [name for name in names if f"import {name};" not in text]
+        imports = "".join(f"import {name};\n" for name in more)
+        changed = text.replace("\nimport ", f"\n{imports}import ", 1)
+        (folder / "scenes" / file.name).write_text(changed, "utf-8")
+
+
+def _has_models(file: Path) -> bool:
+    parsed, _ = parse(read_source(file))
+    return any(isinstance(d, Model) for d in parsed.declarations)
+
+
+def _scenes(folder: Path) -> Iterator[tuple[Path, str]]:
+    """The scenes of files that start at rest: all but the wall, where a push sets in at once."""
+    for file in sorted((folder / "scenes").glob("*.bg")):
+        parsed, _ = parse(read_source(file))
+        scenes = [d for d in parsed.declarations if isinstance(d, Scene)]
+        if any(isinstance(item, Start) for scene in scenes for item in scene.items):
+            yield from ((file, scene.name) for scene in scenes)
+
+
+def _uses(file: Path, scene: str) -> list[Case]:
+    """The scene with each slot filled otherwise; a sea of three components stands for all."""
+    stages = compile_scene(file, Options(scene), until="elaborate")
+    changes = variants_of(stages.package, stages.graph)
+    models = stages.package.root.models
+    found = []
+    for change in changes:
+        model = models.get(change.value)  # not there where dimensions follow the name
+        few = "[3]" if model is not None and model.syntax.formals else ""
+        found.append(Case(file, scene, "use", change.name, change.value + few))
+    return found
+
+
+def _sets(file: Path, scene: str) -> list[Case]:
+    """The scene with each parameter changed: of a vector the first and the last component."""
+    components: dict[str, list] = {}
+    for parameter in _model(file, scene).parameters.values():
+        if parameter.default:
+            components.setdefault(parameter.name.split("[")[0], []).append(parameter)
+    found = []
+    for several in components.values():
+        for parameter in dict.fromkeys((several[0], several[-1])):
+            for factor in FACTORS:
+                value = factor * parameter.default
+                if parameter.low <= value <= parameter.high:
+                    found.append(Case(file, scene, "set", parameter.name, repr(value)))
+    return found
+
+
+@cache
+def _model(file: Path, scene: str) -> bgc.Model:
+    return bgc.compile(file, scene=scene)
+
+
+# --- the judgement of one case ------------------------------------------------------------
+
+
+def judge(all_cases: list[Case], number: int, folder: Path) -> list[Verdict]:
+    """The outcome of one case: at rest, refused or ended with a code, or a fault."""
+    case = all_cases[number]
+    try:
+        return [_judged(case)]
+    except BgError as error:
+        codes = tuple(d.code for d in error.diagnostics)
+        known = codes and all(code.startswith("BG") for code in codes)
+        return [Verdict("refused" if known else "traceback", codes, f"{case.text}\n{error}")]
+    except Exception as error:  # whatever it is, it is a fault
+        return [Verdict("traceback", (), f"{case.text}\n{type(error).__name__}: {error}")]
+
+
+def _judged(case: Case) -> Verdict:
+    values = {case.name: float(case.value)} if case.kind == "set" else {}
+    uses = {case.name: case.value} if case.kind == "use" else None
+    model = (
+        bgc.compile(case.file, scene=case.scene, uses=uses)
+        if uses
+        else _model(case.file, case.scene)
+    )
+    begin = model.instance_at(None, 0.0, values)
+    rates = _rates(begin)
+    worst = int(np.abs(rates).argmax()) if rates.size else 0
+    if rates.size and not abs(rates[worst]) < RATE:
+        return _fault(
+            case, "not at rest", f"{model.states[worst].name} changes by {rates[worst]:.2e}"
+        )
+    constant = _is_constant(model, begin, values)
+    run = model.simulate(
+        SHORT if constant else LONG, rtol=1e-7, solver="rodas5p", parameters=values
+    )
+    for column, size in _sizes(run).items():
+        if not np.isfinite(size):
+            return _fault(case, "not finite", column)
+        moved = np.ptp(run[column])
+        if constant and moved > MOVED * max(1.0, size) and not column.startswith("energy."):
+            return _fault(case, "moves", f"{column} by {moved:.2e}")
+    residual = np.abs(run["energy.residual"]).max() if "energy.residual" in run else 0.0
+    exchanged = run.counts.get("exchanged", 0.0)
+    if residual > RESIDUAL * exchanged + 1e-9:
+        return _fault(case, "open account", f"{residual:.2e} of {exchanged:.2e}")
+    done = model.simulate(LONG, parameters=values)  # with the solver of the scene
+    if not all(np.isfinite(done[column]).all() for column in done):
+        return _fault(case, "not finite", "with the solver of the scene")
+    return Verdict("at rest" if constant else "at rest, then moved by the time")
+
+
+def _sizes(run: bgc.Result) -> dict[str, float]:
+    """The columns of a run, each with the size of the vector that it is part of."""
+    vectors: dict[str, list[str]] = {}
+    for column in run:
+        vectors.setdefault(_INDEX.sub("", column), []).append(column)
+    return {
+        column: max(float(np.abs(run[one]).max()) for one in several)
+        for several in vectors.values()
+        for column in several
+    }
+
+
+def _rates(instance) -> np.ndarray:
+    status, rates = instance.rhs()
+    return rates / instance.scale if status is Status.OK else np.array([np.nan])
+
+
+def _is_constant(model: bgc.Model, begin, values: dict[str, float]) -> bool:
+    """Whether the rates vanish at a later time, too: no wave, command or hand moves the scene."""
+    later = model.instance_at(begin.state.copy(), SHORT, values)
+    return bool(np.abs(_rates(later)).max(initial=0.0) < RATE)
+
+
+def _fault(case: Case, outcome: str, detail: str) -> Verdict:
+    return Verdict(
+        "silent" if outcome != "not finite" else outcome, (), f"{case.text}\n{outcome}: {detail}"
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", help="one scene, or all of one file")
+    parser.add_argument("--kind", choices=("use", "set"), help="by default both")
+    parser.add_argument("--results", type=Path, help="file of finished portions, to go on with")
+    parser.add_argument("--show", metavar="TEXT", help="judge only the cases that contain a text")
+    arguments = parser.parse_args()
+    workers.CPU_SECONDS, workers.WALL_SECONDS, workers.MEMORY = SECONDS, 1_800, 4_000_000_000
+    with tempfile.TemporaryDirectory(prefix="bgc-variants-") as name:
+        folder = Path(name)
+        opened(folder)
+        kinds = (arguments.kind,) if arguments.kind else ("use", "set")
+        found = cases(folder, kinds, arguments.scene)
+        if arguments.show:
+            return _show([case for case in found if arguments.show in case.text], folder)
+        return _run(found, arguments.results, folder)
+
+
+def _show(found: list[Case], folder: Path) -> int:
+    for number, case in enumerate(found):
+        for verdict in judge(found, number, folder):
+            print(f"{verdict.outcome}: {verdict.detail or case.text}", flush=True)
+    return 0
+
+
+def _run(found: list[Case], results: Path | None, folder: Path) -> int:
+    print(f"{len(found):,} cases", flush=True)
+    kept = workers.kept_portions(results) if results else {}
+    for first in range(0, len(found), PORTION):
+        if first in kept:
+            continue
+        size = min(PORTION, len(found) - first)
+        portion = kept[first] = workers.run_portion(first, size, partial(judge, found), folder)
+        if results:
+            workers.keep_portion(results, portion)
+        for number, outcome, detail in portion.faults:
+            print(f"{outcome}: {detail if detail else found[number].text}", flush=True)
+    print(workers.summary(list(kept.values())))
+    return 1 if any(portion.faults for portion in kept.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
