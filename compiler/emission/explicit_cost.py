@@ -30,14 +30,23 @@ def explicit_cost(lowered: Lowered, operations: Mapping[str, int]) -> float | No
     program = lowered.program
     if program.mass is not None or not program.states:
         return None
-    states = len(program.states)
-    stage = operations["rhs"] + _STAGE + _SUM * states
-    beside = _STEP + sum(
-        calls * (operations[name] + _POINT * states)
-        for name, calls in _CALLS.items()
-        if operations.get(name)
-    )
+    stage, beside = (count(lowered, operations) for count in (stage_operations, attempt_operations))
     matrix = factor_share(lowered) * (operations["factor"] + _IMPLICIT * operations["solve"])
     implicit = beside + _IMPLICIT * stage + operations["jacobian"] + matrix
     ratio = round((beside + _EXPLICIT * stage) / implicit, 2)
     return ratio if ratio <= _WORTHWHILE else None
+
+
+def stage_operations(lowered: Lowered, operations: Mapping[str, int]) -> float:
+    """Operations of a stage of either method, but for its linear system."""
+    return operations["rhs"] + _STAGE + _SUM * len(lowered.program.states)
+
+
+def attempt_operations(lowered: Lowered, operations: Mapping[str, int]) -> float:
+    """Operations of an attempt at a step beside its stages, J and LU."""
+    states = len(lowered.program.states)
+    return _STEP + sum(
+        calls * (operations[name] + _POINT * states)
+        for name, calls in _CALLS.items()
+        if operations.get(name)
+    )
