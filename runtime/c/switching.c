@@ -33,7 +33,7 @@ static const double lasting = 1.25;     /* longest steps of the partner over the
 static const double growing = 1.1;     /* growth of implicit steps that are judged later */
 static const double likely = 0.8;      /* predicted cost of the partner over that of the implicit method */
 static const double cheaper = 0.9;     /* cost of a second over that before, above which a trial fails */
-static const double error_constant = 4e3, margin = 1.25; /* of longest_resolved */
+static const double error_constant = 4e3, margin = 1.45; /* of longest_resolved */
 
 const bgc_method *bgc_present_method(const bgc_core *core) {
     return bgc_chosen(&core->choice, core->method);
