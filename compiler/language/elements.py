@@ -81,6 +81,17 @@ class ElementKind:
     observed: tuple[str, ...] = ("e", "f", "power")
     related: tuple[str, ...] = ()
 
+    @property
+    def law_variables(self) -> tuple[str, ...]:
+        """The variables that a law of the element relates, each once."""
+        related = (name for form in self.laws for name in (form.left, form.right))
+        return tuple(dict.fromkeys((*related, *self.energy)))
+
+    @property
+    def law_starts(self) -> tuple[str, ...]:
+        """The names with which an equation of a law block begins."""
+        return (*(form.left for form in self.laws), *(("H",) if self.energy else ()))
+
 
 _INITIAL = {
     "q0": "displacement at the start, 0 by default",

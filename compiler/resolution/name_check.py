@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from bgc.diagnostics.catalogue import names, ranges, values
+from bgc.diagnostics.catalogue import listed, names, ranges, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice
@@ -49,6 +49,7 @@ class _Checker:
     def __init__(self, module: Module, report: Report) -> None:
         self._module = module
         self._report = report
+        self._in_law = ""  # help about an unknown name in the law that is walked
 
     def items(self, items: tuple[syntax.Item, ...], seen: set[str]) -> None:
         for item in items:
@@ -100,13 +101,21 @@ class _Checker:
         for use in (part.type, part.default):
             if use is not None:
                 self.type_use(use, seen)
+        element = ELEMENTS.get(part.type.name) if part.type is not None else None
+        if element is not None and element.law_variables:
+            variables = listed(element.law_variables)
+            self._in_law = f"the variables of the law are {variables}; declare any other"
         for equation in part.law or ():
             self.all((equation.left, equation.right), {*seen, *_LAW_VARIABLES})
+        self._in_law = ""
 
     def type_use(self, use: syntax.TypeUse, seen: set[str]) -> None:
         self.all(use.dims, seen)
+        laws = ELEMENTS[use.name].law_starts if use.name in ELEMENTS else ()
         for argument in use.arguments:
-            self._argument(argument.value, seen)
+            # A law in parentheses is reported with the other arguments of the element.
+            own = _LAW_VARIABLES if argument.name in laws else set()
+            self._argument(argument.value, seen | own)
 
     def _argument(self, value: syntax.Expr, seen: set[str]) -> None:
         """Check an argument: an expression, or a type for a slot (`Rigid[5]`, `Rigid(k = 3)`)."""
@@ -136,7 +145,7 @@ class _Checker:
             case syntax.Name():
                 if expr.name not in seen and expr.name not in self._module.constants:
                     candidates = sorted([*seen, *self._module.constants])
-                    self._report.add(unknown_name(expr, candidates))
+                    self._report.add(unknown_name(expr, candidates, self._in_law))
             case syntax.Call():
                 known = expr.function in BUILTINS
                 if not known and expr.function not in self._module.functions:

@@ -197,7 +197,9 @@ class _Evaluator:
             return Value.scalar(self.dag.const(expr.value))
         unit = parse_unit(expr.unit)
         if unit is None:
-            product = spaced_product(expr.unit, self.scope.is_value)
+            product = spaced_product(
+                expr.unit, lambda name: name in ("time", "pi") or self.scope.is_value(name)
+            )
             raise failure(
                 catalogue.unknown_unit(
                     expr.span,

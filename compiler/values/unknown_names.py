@@ -13,13 +13,16 @@ from bgc.grammar.peers import value_advice
 from bgc.values.units import parse_unit, ungrouped_unit
 
 
-def unknown_name(expr: syntax.Name, candidates: Iterable[str]) -> Diagnostic:
-    """Report an unknown name, or the unit with parentheses that it is a word of."""
+def unknown_name(expr: syntax.Name, candidates: Iterable[str], otherwise: str = "") -> Diagnostic:
+    """Report an unknown name, or the unit with parentheses that it is a word of.
+
+    `otherwise` is the help where no other advice is known.
+    """
     source = expr.span.source
     unit = ungrouped_unit(source.text, expr.span.start)
     if unit is None or not re.match(r"[0-9.] ", source.text[max(unit[0] - 2, 0) : unit[0]]):
         return names.unknown_name(
-            expr.span, expr.name, candidates, value_advice(expr.name), _as_unit(expr)
+            expr.span, expr.name, candidates, value_advice(expr.name), _as_unit(expr) or otherwise
         )
     start, end, spelled = unit
     return values.unit_with_parentheses(Span(source, start, end), spelled)

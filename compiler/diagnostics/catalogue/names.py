@@ -187,7 +187,7 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
 
 
 def unknown_name(
-    span: Span, name: str, candidates: Iterable[str], advice: str = "", unit: str = ""
+    span: Span, name: str, candidates: Iterable[str], advice: str = "", otherwise: str = ""
 ) -> Diagnostic:
     """BG211: a name that is not declared
 
@@ -196,10 +196,13 @@ def unknown_name(
     a part are reached by their path.
     Example: `supply -> lop;`
     Way out: correct the name, declare it, or give its path, for example `boom.mass`.
+
+    `advice` takes the place of a similar name as help, `otherwise` that of no such name.
     """
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
-    way_out = advice or near or unit or "declare it, or give its path, for example `boom.mass`"
+    way_out = advice or near or otherwise
+    way_out = way_out or "declare it, or give its path, for example `boom.mass`"
     edits = [] if advice else respelt(span, name, candidates)
     return error("BG211", f"there is no `{name}` here", span, help=way_out, edits=edits)
 
@@ -300,14 +303,16 @@ def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
 # --- arguments --------------------------------------------------------------------------
 
 
-def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
+def unknown_argument(
+    span: Span, name: str, owner: str, candidates: Iterable[str], advice: str = ""
+) -> Diagnostic:
     """BG230: an argument that the type does not have
 
     What: the name before `=` is not a parameter, input or slot of the model, or not an argument of
     the element.
     Why: arguments are matched by name.
     Example: `Beam(lenght = 12 m)`
-    Way out: correct the name.
+    Way out: correct the name. A law of an element stands in braces: `C { e = k*q; }`.
     """
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
@@ -316,7 +321,8 @@ def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str
         "BG230",
         f"{owner} takes no argument `{name}`",
         span,
-        help=near
+        help=advice
+        or near
         or (
             f"use one of its arguments: {listing}"
             if listing

@@ -397,13 +397,15 @@ def misplaced_derivative(span: Span) -> Diagnostic:
     Example: `state x = 1; der(x) = -x; let v = der(x);`
 
     Way out: define the state by `der(x) = ..;`, or use `der(x)` on either side of an implicit
-    `equation left = right;`.
+    `equation left = right;`. The rate of a momentum is the effort of its element, and the rate of
+    a displacement its flow: the acceleration of a mass `body : I(m)` is `body.e/m`.
     """
     return error(
         "BG345",
         "`der(x)` is allowed only in `der(x) = ..;` and in an `equation`",
         span,
-        help="use the right-hand side of its equation, or write an `equation`",
+        help="use the right-hand side of its equation, or write an `equation`; in elements "
+        "`p' = e` and `q' = f`: the acceleration of `body : I(m)` is `body.e/m`",
     )
 
 

@@ -254,7 +254,9 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
             have = INITIAL_ARGUMENTS.get(element.basic, ())
             problems.append(law_messages.initial_not_of_this(argument.span, name, what, have))
         elif name not in allowed:
-            problems.append(names.unknown_argument(argument.span, name, what, allowed))
+            in_braces = f"a law stands in braces: `{element.kind} {{ {name} = ..; }}`"
+            advice = in_braces if name in ELEMENTS[element.basic].law_starts else ""
+            problems.append(names.unknown_argument(argument.span, name, what, allowed, advice))
         elif name in found:
             problems.append(names.given_twice(argument.span, name, found[name].span))
         else:
