@@ -134,6 +134,7 @@ def unit_misfit(
     given: str,
     places: Sequence[tuple[Span, str]],
     instead: str = "",
+    exchanged: bool = False,
 ) -> Diagnostic:
     """BG423: an element whose unit does not fit its bond
 
@@ -147,11 +148,14 @@ def unit_misfit(
 
     Way out: correct the unit, here `20 kN/m`; a number without a unit fits any. If the bond's unit
     is wrong, correct that, or put a TF or GY between two domains. `C(20 kN/m)` gives a compliance:
-    a stiffness is given by its name, `C(stiffness = 20 kN/m)`.
+    a stiffness is given by its name, `C(stiffness = 20 kN/m)`. A voltage, force or pressure is set
+    by an `Se`, a current, velocity or volume flow by an `Sf`.
     """
     way_out = "correct the unit, or put a TF or GY between two domains"
     if instead:
         way_out = f"this is the unit of a {instead}: give it by name, `{instead} = ..`"
+    if exchanged:
+        way_out = "effort and flow are exchanged: an `Se` sets the effort, an `Sf` the flow"
     labels: dict[tuple[int, int], Label] = {}
     for at, text in places:
         labels.setdefault((at.start, at.end), Label(at, text))

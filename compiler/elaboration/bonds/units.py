@@ -16,6 +16,7 @@ from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import WATT
 from bgc.values.units import (
+    DIMENSIONLESS,
     Dimension,
     Written,
     describe_dimension,
@@ -30,6 +31,9 @@ SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 _TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
 _TURNING: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _ROTATION = {_TORQUE: Written(_TORQUE, "N*m"), _TURNING: Written(_TURNING, "rad/s")}
+_FLOWS: frozenset[Dimension] = frozenset(
+    {(0, 0, 0, 1, 0, 0, 0), (0, 1, -1, 0, 0, 0, 0), _TURNING, (0, 3, -1, 0, 0, 0, 0)}
+)  # current, velocity, angular velocity, volume flow
 _RECIPROCAL = {
     "resistance": "conductance",
     "conductance": "resistance",
@@ -185,11 +189,24 @@ class BondUnits:
         name, argument = self._names[ratio.bond], ratio.argument
         meant = ratio.as_reciprocal()
         instead = meant[0] if meant is not None and meant[1] == expected else ""
+        inverse = multiply(ratio.dimension, expected) == DIMENSIONLESS
+        exchanged = inverse and self._is_exchanged(root)
         self._report.add(
-            width_messages.unit_misfit(ratio.span, name, argument, wanted, given, places, instead)
+            width_messages.unit_misfit(
+                ratio.span, name, argument, wanted, given, places, instead, exchanged
+            )
         )
 
+    def _is_exchanged(self, root: int) -> bool:
+        """Return whether the unit of a flow was given to the effort, as by an `Sf` for an `Se`."""
+        effort, flow = (self._known.get((variable, root)) for variable in ("effort", "flow"))
+        if effort is None or flow is None:
+            return False
+        return effort.dimension in _FLOWS and flow.dimension not in _FLOWS
+
     def _apply_link(self, link: Link) -> bool:
+        if self._sets.find(link.source[1]) in self._reported:
+            return False  # its units are in doubt
         source = self.dimension(*link.source)
         target = self.dimension(*link.target)
         if source is not None:
