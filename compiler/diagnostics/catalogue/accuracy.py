@@ -112,20 +112,21 @@ def rounding_decides(
     """BG726: rounding decides a state
 
     What: a state fell below its absolute tolerance and grew again by orders of magnitude. The run
-    was repeated with the state moved by its tolerance when it was least, and ended elsewhere.
+    was repeated with the state moved by its tolerance when it was smallest, and ended at a
+    different value.
 
-    Why: error control does not see a state below its tolerance, so a decay over many decades may
-    end at any small value, of either sign. Where the state is then unstable (a bifurcation that is
-    passed slowly, a population that recovers, a column that buckles), it grows from that remainder:
-    its sign, or the time of its growth, is a matter of rounding. Every method and every relative
+    Why: error control cannot see a state below its tolerance, so a decay over many decades may end
+    at any small value, of either sign. If the state is then unstable (a bifurcation that is passed
+    slowly, a population that recovers, a column that buckles), it grows from that remainder, and
+    rounding determines its sign or the time of its growth. Every method and every relative
     tolerance may give the same wrong answer.
 
     Example: `der(x) = (s*x - x^3)/0.02` with s from -1 to 1.5 and x = 0.1 at the start: x falls to
     1e-12, and ends at +1.22 or -1.22.
 
     Way out: give the absolute tolerance that the message names: it was tried, and the result no
-    longer depends on it. Where none helps, the model leaves the answer to rounding: add the
-    imperfection that decides it in reality.
+    longer depends on it. If no tolerance helps, rounding decides the answer of the model itself:
+    add the imperfection that decides it in reality.
     """
     fell, grown = times
     if cure is None:

@@ -151,15 +151,15 @@ def no_loop(gain: float, input_: str, output: str) -> Diagnostic:
     """BG795: a feedback loop without a solution
 
     What: with this gain, no value of the input solves the loop.
-    Why: the output answers the input at once, by exactly -1/gain. The input `gain*(reference -
-    output)` would have to be equal to itself plus the reference.
+    Why: the output responds to the input instantly, with the factor -1/gain. The input
+    `gain*(reference - output)` would have to equal itself plus the reference.
     Example: `bgc step amplifier.bg --input supply.e --output inverted --closed --gain 1`, for an
     output equal to -supply.e
     Way out: choose another gain, or an output behind a storage element.
     """
     return error(
         "BG795",
-        f"no `{input_}` solves the loop: `{output}` answers it at once by -1/{gain:.6g}",
+        f"no `{input_}` solves the loop: `{output}` responds to it instantly with -1/{gain:.6g}",
         help="choose another gain, or an output behind a storage element",
     )
 
@@ -185,7 +185,7 @@ def bad_duration(duration: float) -> Diagnostic:
     """BG797: a step response of no duration
 
     What: the duration of a step response is not positive.
-    Why: there is nothing to draw.
+    Why: the response would have no points.
     Example: `bgc step rlc.bg --input supply.e --output loop.f --time "0 s"`
     Way out: a positive time, or none: six time constants of the slowest mode are taken then.
     """

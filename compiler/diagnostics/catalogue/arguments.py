@@ -132,8 +132,8 @@ def not_a_quantity(name: str, given: str, unit: str) -> Diagnostic:
 def wrong_state(shape: tuple[int, ...], states: int) -> Diagnostic:
     """BG791: a state of the wrong size
 
-    What: a function of the Python interface was given a state that has not one number for each
-    state of the model.
+    What: a function of the Python interface was given a state whose size is not the number of
+    states of the model.
 
     Why: a state is an array in the order of `model.states`.
 

@@ -80,12 +80,13 @@ def rigid_chain(
 ) -> Diagnostic:
     """BG502: a closed chain of rigid connections
 
-    What: junctions and transformers form a closed chain. Its flows could only be found by dividing
-    by a modulus that depends on the state and may become zero, and something that it moves has no
-    inertia (or the chain consists of efforts, behind a gyrator).
+    What: junctions and transformers form a closed chain whose flows could only be found by dividing
+    by a modulus that depends on the state and may become zero. Besides, something that the chain
+    moves has no inertia, or the chain consists of efforts, behind a gyrator.
     Why: where the modulus is zero the chain locks or loses its drive, and equations that divide by
-    it are wrong without a warning. A chain that moves inertias only is kept closed by reactions. A
-    modulus whose range excludes zero, such as `2 + sin(angle)`, is divided by.
+    it are wrong without a warning. A chain that moves inertias only is kept closed by reactions
+    instead. The compiler divides by a modulus only if its range excludes zero, as that of `2 +
+    sin(angle)` does.
     Example: a crank without mass that a driven rod turns.
     Way out: give all parts of the chain inertia, or make one joint compliant: use a C with an R in
     parallel.
@@ -168,7 +169,7 @@ def bond_loop(span: Span, name: str) -> Diagnostic:
 def nothing_determines(span: Span, name: str, what: str) -> Diagnostic:
     """BG506: a variable that nothing determines
 
-    What: a flow or effort that is observed or needed is left open by the model.
+    What: the model leaves a flow or effort open that is observed or needed.
     Why: no element at these bonds stores, dissipates or supplies energy, or the variable can
     circulate freely.
     Example: the flow of a `J1` whose two bonds lead to the same `J0`.

@@ -19,8 +19,9 @@ def changing_rank(
 
     What: the rows that close a chain of rigid connections are not independent, and no fixed choice
     of them is independent at the start and at random closed configurations.
-    Why: a redundant row can be dropped only if it follows from the same others everywhere. Where
-    no `project x = value` of a signal says when the chain is closed, that cannot be examined.
+    Why: a redundant row can be dropped only if it follows from the same other rows in every
+    position. This can be examined only where `project x = value` of a signal states when the chain
+    is closed.
     Example: a planar linkage on mounts in general directions, closed by bonds alone.
     Way out: close the chain with `Weld`, which says when it is closed, or make one joint compliant.
     """
@@ -134,8 +135,8 @@ def input_moves_chain(names: Sequence[str]) -> Diagnostic:
 def moved_start(span: Span, name: str, variable: str, value: float) -> Diagnostic:
     """BG546: a given flow or momentum that closing a chain moves
 
-    What: at the initial value the flows of a closed chain do not close it, and the start would be
-    another one.
+    What: the initial flows that are given do not close a closed chain, so the chain would start
+    with other flows.
 
     Why: the momenta of the start are projected onto the flows that keep the chain closed. Which of
     its rows are independent is known only where its positions are closed.

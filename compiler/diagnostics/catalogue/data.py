@@ -57,7 +57,7 @@ def jacobian_of_matrix(span: Span, found: str) -> Diagnostic:
 
 
 def random_of_what_varies(span: Span, what: str, found: str) -> Diagnostic:
-    """BG477: a random number of something else than whole constants
+    """BG477: a random number of something other than whole constants
 
     What: the seed or the index of `random` changes during a run, or is not a whole number below
     2^53.
@@ -211,8 +211,8 @@ def data_name_expected(span: Span) -> Diagnostic:
 def too_few_knots(span: Span, name: str, found: int) -> Diagnostic:
     """BG256: data that cannot be interpolated
 
-    What: the first arguments of `interpolate` have fewer than two numbers, or the values are not as
-    many as the knots.
+    What: the first arguments of `interpolate` have fewer than two numbers, or the numbers of values
+    and knots differ.
 
     Why: there is one value for each knot; in two dimensions `Z[i, j]` is the value at `xs[i]` and
     `ys[j]`.
@@ -262,7 +262,8 @@ def knots_fall(span: Span, name: str, place: int, before: float, after: float) -
 def repeat_jumps(span: Span, name: str, first: float, last: float) -> Diagnostic:
     """BG258: a period that does not end where it begins
 
-    What: `interpolate(.., outside = repeat)` has data whose last value is not the first.
+    What: the data of `interpolate(.., outside = repeat)` end with a value other than their first
+    one.
 
     Why: the last knot is the first one of the next period, so both have one value. A curve with
     two would jump once in every period.

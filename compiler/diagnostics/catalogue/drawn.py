@@ -126,7 +126,7 @@ def size_of_shape(span: Span, what: str, value: float) -> Diagnostic:
 
     What: a length of a shape is zero or negative.
 
-    Why: there is nothing to draw.
+    Why: the shape would be invisible or turned inside out.
 
     Example: `shape sphere(-0.5 m);`
 

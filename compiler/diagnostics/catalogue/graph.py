@@ -108,7 +108,7 @@ def arrow_against_port(
     Example: `port base in; hub -> base;`
 
     Way out: reverse the arrow. Two `out` ports, such as those of a force and of the last mass of a
-    chain, meet at a junction that both arrows enter: `force -> tip; mass -> tip;`.
+    chain, are joined at a junction that both arrows enter: `force -> tip; mass -> tip;`.
     """
     where = "inside its model the arrow leaves it" if inside else "the arrow points into it"
     if direction == "out":

@@ -11,7 +11,7 @@ _FORMS = "a value, a pair `(times, values)`, or a function of the time in s"
 
 
 def input_form(name: str, found: str) -> Diagnostic:
-    """BG260: an input that is given in another form
+    """BG260: an input in an unsupported form
 
     What: a value of `simulate(inputs={..})` is not a number, text or array, nor a pair of times
     and values, nor a function.
@@ -112,16 +112,16 @@ def input_lengths(name: str, found: str) -> Diagnostic:
 def uneven_inputs(problem: str) -> Diagnostic:
     """BG560: inputs that do not fit the runs
 
-    What: `simulate_many(parameters, inputs=[..])` has another number of sets of inputs than of
-    runs, or the sets differ in their inputs or in the shapes of their values.
+    What: in `simulate_many(parameters, inputs=[..])` the number of sets of inputs differs from the
+    number of runs, or the sets differ in their inputs or in the shapes of their values.
 
     Why: a list has one set of inputs for each run, in the order of the parameter sets. All runs
     are of one compiled model, in which the same inputs are driven.
 
     Example: `model.simulate_many({"mass": [1, 2, 3]}, inputs=[{"road": 0}, {"road": 0.1}])`
 
-    Way out: give as many sets as there are runs, each with all inputs; or one set, which is then
-    that of all runs: `inputs={"road": 0.1}`.
+    Way out: give as many sets as there are runs, each with all inputs; or give one set for all
+    runs: `inputs={"road": 0.1}`.
     """
     return error(
         "BG560",
@@ -137,7 +137,7 @@ def mixed_inputs(name: str) -> Diagnostic:
     run, and a pair of times and values in another.
 
     Why: functions are joined by smooth curves between the rows, pairs by straight lines between
-    their times. One table for all runs cannot do both.
+    their times. One table cannot do both.
 
     Example: `inputs=[{"road": lambda t: 0.1*t}, {"road": ([0, 1], [0, 0.1])}]`
 
@@ -154,10 +154,11 @@ def mixed_inputs(name: str) -> Diagnostic:
 def too_many_inputs(name: str, times: int, runs: int) -> Diagnostic:
     """BG562: too many values of an input of each run
 
-    What: the times of an input, all runs together, times the number of runs are more than 10,000.
+    What: an input of the runs has too many values: the number of its different times in all runs,
+    multiplied by the number of runs, is above 10,000.
 
-    Why: the values of all runs are compiled into one table over the time and the run, which would
-    take long for more.
+    Why: the values of all runs are compiled into one table over the time and the run, and a larger
+    table would take long to compile.
 
     Example: 100 runs, each with a function of the time and rows at 1,001 times.
 

@@ -30,12 +30,13 @@ def bad_pose(time: float, device: str) -> Diagnostic:
 
 
 def device_stuck(time: float, device: str, stale: float) -> Diagnostic:
-    """BG763: a device gives nothing new
+    """BG763: a device gives no new data
 
     What: a device with motors gave no new measurement for some time. The last pose held until then;
     the force went to zero, and the loop ended.
 
-    Why: its cable, its network or its program hangs: the time stamp no longer changes.
+    Why: the program of the device has stopped, or its cable or network is interrupted: the time
+    stamp no longer changes.
 
     Example: the program that sends datagrams to the driver `udp` was stopped.
 
@@ -72,7 +73,7 @@ def too_late(time: float, missed: int, samples: int) -> Diagnostic:
 
 
 def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
-    """BG765: the loop stood still
+    """BG765: the loop stopped responding
 
     What: the loop took no sample for longer than the watchdog allows. The watchdog set the force to
     zero; where the loop hung inside a call of the driver, no other thread may call that, and the
@@ -88,7 +89,7 @@ def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
     where = " in a call of a driver, which alone can set the force to zero" if in_driver else ""
     return error(
         "BG765",
-        f"the loop stood still for {watchdog:.3g} s after t = {time:.9g} s{where}"
+        f"the loop did not run for {watchdog:.3g} s after t = {time:.9g} s{where}"
         + ("" if in_driver else "; the force is zero"),
         help='look for what does not return; `--watchdog "0.5 s"` allows more time',
     )
@@ -142,7 +143,7 @@ def records_lost(count: int) -> Diagnostic:
 
     What: records of the loop were lost, so that a replay will not have the same bits.
 
-    Why: the disk is full or slow, or the Python process stood still. The loop itself went on.
+    Why: the disk is full or slow, or the Python process was suspended. The loop itself went on.
 
     Example: `--record /dev/full`.
 
@@ -223,15 +224,14 @@ def unknown_policy(span: Span, given: str) -> Diagnostic:
 def no_pointer(have: Sequence[str]) -> Diagnostic:
     """BG777: no device takes a pose from Python
 
-    What: a pose was given to a loop none of whose devices has the driver `pointer`, or several
-    have.
+    What: a pose was given to a loop in which no device, or more than one, has the driver `pointer`.
 
     Why: other drivers have poses of their own.
 
     Example: `realtime.pointer(position=..)` with `device hand = trace(..)`.
 
-    Way out: `model.realtime(devices={"hand": "pointer"})`, and name the device where there are
-    several.
+    Way out: open the device with that driver, `model.realtime(devices={"hand": "pointer"})`, and
+    name the device if there are several.
     """
     there = f"there are several: {', '.join(have)}" if have else "none has the driver `pointer`"
     return error(

@@ -111,13 +111,14 @@ def divisor_vanishes(
     What: a quantity by which the equations divide passed through zero, or nearly. The rates have a
     pole there, and the run cannot go on.
 
-    Why: all inertia on a flow is behind a modulus that became zero, or a law or an algebraic loop
-    has a coefficient that did. At a dead centre of a mechanism nothing resists the force.
+    Why: the modulus between a flow and all inertia that it moves became zero, or a coefficient of a
+    law or of an algebraic loop became zero. At a dead centre of a mechanism nothing resists the
+    force.
 
     Example: a force on an inertia behind `t : MTF(cos(angle))`, at angle = 90 deg.
 
-    Way out: add the inertia of the parts that are between the force and the modulus (a crank, a
-    shaft), which are never without mass, or keep the mechanism away from that position.
+    Way out: add the inertia of the parts between the force and the modulus (a crank, a shaft); real
+    parts always have mass. Or keep the mechanism away from that position.
     """
     return error(
         "BG725",

@@ -112,9 +112,9 @@ def unknown_channel(span: Span, name: str, device: str, have: Iterable[str]) -> 
 
 
 def device_name_taken(span: Span, name: str, first: Span | None) -> Diagnostic:
-    """BG611: a device with a name that is taken
+    """BG611: a device whose name is already in use
 
-    What: the scene has another device, or its model a part or value, of that name.
+    What: another device of the scene, or a part or value of its model, has the name of this device.
 
     Why: `hand.position` would be ambiguous.
 

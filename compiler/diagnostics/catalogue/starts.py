@@ -110,8 +110,8 @@ def rest_not_found() -> Diagnostic:
 
     What: no state near the initial one makes all rates zero while the values after `hold` stay.
 
-    Why: the state of rest near the initial values is another one than the held values allow, or
-    there is none at all: `start rest;` alone shows which (BG760).
+    Why: the state of rest near the initial values contradicts the held values, or no state of rest
+    exists: `start rest;` alone shows which (BG760).
 
     Example: `start rest hold spring.q;` of a spring that carries a weight.
 
@@ -125,15 +125,15 @@ def rest_not_found() -> Diagnostic:
 
 
 def rest_too_far() -> Diagnostic:
-    """BG773: the way to the state of rest is too long to follow
+    """BG773: a state of rest that is too far away to follow the positions to it
 
-    What: the state of rest was found, but the way there along relations between positions could
-    not be followed to its end: the poses of bodies, the lengths of ropes and the stretches of
-    springs may contradict each other in it.
+    What: the state of rest was found, but the relations between positions could not be followed
+    from the initial values to it. The poses of bodies, the lengths of ropes and the stretches of
+    springs may therefore contradict each other in it.
 
-    Why: relations between positions that no motion changes are followed from the initial values in
-    small steps. Their number is limited, and a position that is far away in terms of its scale,
-    many turns of a shaft for example, needs more.
+    Why: no motion changes such a relation, so it is followed from the initial values in small
+    steps. The number of steps is limited; a position that is far away in terms of its scale, such
+    as many turns of a shaft, needs more.
 
     Example: `start rest;` of a load on a rope that is a thousand turns from the winch's balance.
 

@@ -49,7 +49,7 @@ def unclosed_bracket(
     """BG103: a bracket that is not closed
 
     What: a `(` or `[` is still open where the statement ends or another bracket closes.
-    Why: the end of the bracket's contents would be a guess.
+    Why: it is not clear where the contents of the bracket end.
     Example: `coil : I(3;`
     Way out: write `coil : I(3);`.
     """
