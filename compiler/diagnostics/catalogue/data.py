@@ -63,7 +63,8 @@ def random_of_what_varies(span: Span, what: str, found: str) -> Diagnostic:
     2^53.
 
     Why: a random number is a function of its seed and its index, so that it is the same on every
-    machine and in every run. One that changed with the state would be a noise without an equation.
+    machine and in every run. A number that changed with the state would be noise without an
+    equation.
 
     Example: `let phase = 2*pi*random(1, time);`
 

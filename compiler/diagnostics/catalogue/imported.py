@@ -12,8 +12,8 @@ def not_importable(
 ) -> Diagnostic:
     """BG137: a file that `bgc import` cannot read
 
-    What: the file is not well-formed, is of another kind than its name says, or uses a form that is
-    not read: macros of xacro, entities of XML, tags and anchors of YAML; or it is an FMU.
+    What: the file is not well-formed, does not have the format that its name indicates, or uses a
+    form that is not read: macros of xacro, entities of XML, tags and anchors of YAML; or it is an FMU.
 
     Why: the text of a robot is read as XML without a document type, that of BondGraphTools as plain
     YAML. An entity can name other files, or expand to gigabytes. An FMU hides its equations, from
@@ -32,7 +32,7 @@ def wrong_value(span: Span | None, what: str, help: str, note: str = "") -> Diag
 
     What: an attribute or value that the model needs is absent, is not a number, or is out of range.
 
-    Why: a guess in its place would give another machine than the file means.
+    Why: a guessed value would describe another machine than the file.
 
     Example: `<mass value="-1"/>`, `<origin xyz="0 0"/>`, `<joint name="elbow" type="hinge">`.
 
@@ -59,7 +59,7 @@ def left_out(span: Span | None, what: str, help: str, note: str = "") -> Diagnos
 def wrong_structure(
     span: Span | None, what: str, help: str, labels: tuple[Label, ...] = ()
 ) -> Diagnostic:
-    """BG270: links and joints that form no tree
+    """BG270: links and joints that do not form a tree
 
     What: a joint names a link that does not exist, a link has two parents, there are several roots,
     or the links form a loop; or two elements have one name.
@@ -74,7 +74,7 @@ def wrong_structure(
 
 
 def odd_inertia(span: Span | None, what: str) -> Diagnostic:
-    """BG549: an inertia that no body has
+    """BG549: an inertia that no body can have
 
     What: a moment of inertia about the centre of mass is negative, or larger than the sum of the
     other two.

@@ -71,7 +71,7 @@ def scene_extends_itself(span: Span, names: Sequence[str]) -> Diagnostic:
 
 
 def ambiguous_base_scene(span: Span, name: str, places: Sequence[Span]) -> Diagnostic:
-    """BG246: a base scene of which two are imported
+    """BG246: a base scene that two imported files declare
 
     What: two imported files have a scene with the name after `is`.
 

@@ -89,7 +89,7 @@ def input_not_finite(name: str, value: float, time: float | None) -> Diagnostic:
 
 
 def input_lengths(name: str, found: str) -> Diagnostic:
-    """BG264: an input with another number of values than of times
+    """BG264: an input whose numbers of values and times differ
 
     What: the values of `inputs={"NAME": (times, values)}` are not one for each time, or have
     different shapes.
@@ -194,8 +194,8 @@ def function_in_steps(name: str) -> Diagnostic:
 def not_an_open_input(name: str, known: Iterable[str]) -> Diagnostic:
     """BG564: an input that the run in steps has not opened
 
-    What: `run.advance(.., inputs={..})` names something else than the inputs that
-    `model.step(inputs={..})` gave a value.
+    What: `run.advance(.., inputs={..})` names an input to which `model.step(inputs={..})` gave no
+    value.
 
     Why: the model is compiled with the inputs that can change between two pieces. An input that is
     given as a pair follows its straight lines.

@@ -357,7 +357,7 @@ def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str])
 def replaces_other_unit(
     span: Span, name: str, expected: str, found: str, default: Span
 ) -> Diagnostic:
-    """BG266: a value in another unit than the default that it replaces
+    """BG266: a value whose unit does not measure the quantity of the default
 
     What: a `set`, `--set`, argument or `drive` has a unit of another kind than the default of the
     parameter, constant or input.

@@ -61,7 +61,7 @@ def too_late(time: float, missed: int, samples: int) -> Diagnostic:
     Example: a crane at 4 kHz on a busy machine without real-time priority.
 
     Way out: a cheaper method (`bgc trade`), a longer step, real-time priority (see BG766), or
-    `--burst 0` to go on whatever happens.
+    `--burst 0` to continue in any case.
     """
     return error(
         "BG764",
@@ -76,8 +76,8 @@ def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
     """BG765: the loop stopped responding
 
     What: the loop took no sample for longer than the watchdog allows. The watchdog set the force to
-    zero; where the loop hung inside a call of the driver, no other thread may call that, and the
-    time guard of the device itself has to act.
+    zero. If the loop hung inside a call of the driver, no other thread may call the driver, and the
+    watchdog of the device itself has to act.
 
     Why: a step of the model or a call of the driver did not return, or the process was stopped.
 
@@ -270,8 +270,9 @@ def not_passive(device: str, needed: float, damping: float, stiffness: float) ->
     passive only with a damping b > K T/2 + |B| (with delay: as computed over all frequencies) that
     the device does not have; where it states none, above 30 N s/m. No guard acts.
 
-    Why: a force that is held over a sample pushes back with the force of where the hand was. What
-    it gives beyond what it took has to be damped in the hand, or the loop buzzes.
+    Why: a force that is held over a sample belongs to the position at which the hand was. The
+    energy that it returns beyond what it took must be damped by the hand, otherwise the loop
+    oscillates.
 
     Example: a wall of 2000 N/m at 1 ms with a device of 0.5 N s/m: it needs 1 N s/m.
 
@@ -293,7 +294,7 @@ def loop_grows(device: str, growth: float, period: float) -> Diagnostic:
     What: with the mass and the damping that a device states, the sampled loop of model and device,
     as linearised at the start, has a motion that grows.
 
-    Why: the stiffness is above what the masses of device and model stand at this period and lag:
+    Why: the stiffness is above the limit for the masses of device and model at this period and lag:
     the parameters were changed after compiling, or the device is lighter than the model says.
 
     Example: a sampled port of 20000 N/m, compiled for a device of 0.25 kg, with one of 0.03 kg.
@@ -314,9 +315,9 @@ def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) ->
     What: a device states a delay of more samples than the `lag` of the model's sampled port, or a
     device with a delay does not send back the work of the force that it held.
 
-    Why: the damping K T (lag + 1) of the port pays for the delay, so it needs the longest. Its
-    ledger is exact for the force that the hand really held: with a delay that is not the one that
-    was sent last.
+    Why: the damping K T (lag + 1) of the port compensates the delay, so it needs the longest one.
+    Its energy account is exact for the force that the hand held; with a delay, that is not the
+    force that was sent last.
 
     Example: `device hand = udp(port = 5005, lag = 40);` and a coupling with `lag = 0`.
 
@@ -343,8 +344,8 @@ def lag_exceeded(device: str, lag: float, late: int, samples: int) -> Diagnostic
     more than the `lag` that it states. The loop went on.
 
     Why: the network is slower, loses more packets in a row or delays them more than was assumed.
-    The damping K T (lag + 1) of a sampled port pays for the lag that it was given. Beyond it the
-    energy is still booked exactly, and the brake of the port takes back what is owed.
+    The damping K T (lag + 1) of a sampled port compensates the lag that it was given. Beyond that
+    lag the energy is still accounted exactly, and the brake of the port removes the excess.
 
     Example: `device hand = udp(port = 5005, lag = 5);` behind a link of 20 ms.
 

@@ -13,7 +13,7 @@ def unknown_topic(name: str, near: str, known: Iterable[str]) -> Diagnostic:
 
     What: `bgc doc NAME` was given a name without an entry.
 
-    Why: it is spelt otherwise, or declared in a file of your own, which has to be named first.
+    Why: it is spelt differently, or declared in a file of your own, which has to be named first.
 
     Example: `bgc doc Baem`, `bgc doc MyPart`
 
@@ -32,7 +32,7 @@ def not_in_file(name: str, file: str, known: Sequence[str]) -> Diagnostic:
 
     What: `bgc doc FILE NAME` was given a name that the file does not declare.
 
-    Why: it is spelt otherwise, or declared in a file that this one imports.
+    Why: it is spelt differently, or declared in a file that this one imports.
 
     Example: `bgc doc crane.bg Beam`, where `crane.bg` imports `Beam` from the library.
 

@@ -334,7 +334,7 @@ def vary_without_parameter(span: Span, path: str) -> Diagnostic:
 
     Example: `start rest vary elbow.torque;` where `input torque = 0;`
 
-    Way out: name a parameter. An input that is driven by one follows it: `param hold = 0;` in the
+    Way out: name a parameter. To vary an input, drive it by a parameter: `param hold = 0;` in the
     model, and `drive elbow.torque = hold;`.
     """
     return error(

@@ -48,8 +48,8 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
     their common motion is undetermined: all moduli between them may become zero, or their
     stiffnesses cancel.
     Why: where the moduli are zero nothing holds the motion, and equations that divide by them are
-    wrong without a warning. A modulus whose range excludes zero, such as `2 + sin(angle)`, is
-    divided by.
+    wrong without a warning. The compiler divides only by a modulus whose range excludes zero, such
+    as `2 + sin(angle)`.
     Example: a massless lever that acts on springs only through modulated transformers.
     Way out: put an I on the motion, or an R or a C that acts on it directly.
     """
@@ -130,7 +130,7 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     Why: the elements are rigidly connected, so their values depend on each other.
     Example: two masses on one `J1` with different `f0`.
     Way out: give only one of them. A zero that is only the default of a part's parameter or input
-    (such as `twist0` of a library body) gives way without an error; `bgc causality` shows it.
+    (such as `twist0` of a library body) is dropped without an error; `bgc causality` shows it.
     Beside a source: make the parameters of both agree at the start, or bond a resistor between the
     two, across which they may differ: a `Throttle` between a `Reservoir` and a `LumpedLine`.
     """

@@ -69,8 +69,8 @@ def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
 def not_bounds(text: str) -> Diagnostic:
     """BG565: values of a parameter in place of its bounds
 
-    What: `--vary` of `bgc fit` or `bgc optimise` gives a number of values, `log`, or a list of
-    other than two.
+    What: `--vary` of `bgc fit` or `bgc optimise` gives a number of values, `log`, or a list that
+    does not have two values.
 
     Why: an estimation or optimisation looks for the best value between two bounds, and takes its
     own values there. A sweep runs given values.
