@@ -57,17 +57,30 @@ def _declarations_of(module: str) -> Iterator[Declaration]:
         yield Declaration(module, match["kind"], match["name"], match["base"] or "", doc)
 
 
-def fitting(interface: str) -> tuple[str, ...]:
-    """Return the models that are an interface or model, or extend one that is."""
+def fitting(name: str) -> tuple[str, ...]:
+    """Return the models that are an interface or model, by its full name, or extend one that is.
+
+    An example may declare a model of a name that a module of parts has, too: its own comes first,
+    and no other module imports it.
+    """
     found: list[str] = []
-    above = {interface}
+    above = {name}
     for _ in declarations():
-        more = [d.name for d in declarations() if d.base in above and d.name not in found]
+        more = [d for d in declarations() if _base_of(d) in above and d.name not in found]
         if not more:
             break
-        found += more
-        above |= set(more)
+        found += [d.name for d in more]
+        above |= {d.full_name for d in more}
     return tuple(found)
+
+
+@cache
+def _base_of(declared: Declaration) -> str:
+    """The full name of what a declaration `is`, empty without."""
+    others = [d for d in declarations() if d.name == declared.base]
+    own = [d for d in others if d.module == declared.module]
+    parts = [d for d in others if not d.module.startswith("examples.")]
+    return (own or parts or others)[0].full_name if others else ""
 
 
 # --- entries --------------------------------------------------------------------------------
@@ -92,7 +105,7 @@ def entry(name: str) -> Entry:
     module, _, last = name.rpartition(".")
     file = _read(module)
     found = next(d for d in file.file.declarations if d.name == last)
-    fits = fitting(last)
+    fits = fitting(name)
     place = f"Source: library/{module.replace('.', '/')}.bg (`import {module};`)."
     described = declaration_entry(found, file, name, place)
     filled: tuple[Block, ...] = (

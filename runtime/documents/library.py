@@ -205,7 +205,7 @@ def _part(declaration: syntax.Model | syntax.Domain, root: Module, module: str) 
         declaration.name,
         parts.heading(declaration),
         _prose(declaration.doc),
-        ", ".join(fitting(declaration.name)),
+        ", ".join(fitting(f"{module}.{declaration.name}")),
         f"{PICTURES}/{module}.{declaration.name}.svg" if part_graph(declared) else "",
         tuple(table for table in parts.tables(declared) if table.rows),
         "\n".join(parts.equations(declaration)),

@@ -19,7 +19,7 @@ from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS, 
 from bgc.reference import chapters, parts
 from bgc.reference.entry import Code, Entry, Text, first_sentence
 from bgc.reference.index import find, names
-from bgc.reference.library import declarations
+from bgc.reference.library import declarations, fitting
 from bgc.resolution.library import library_modules, module_path
 from bgc.resolution.resolve import load
 from bgc.runtime.cli.app import application
@@ -490,3 +490,9 @@ def test_looking_up_an_element_imports_nothing_heavy():
 )
 def test_the_first_sentence(text, first):
     assert first_sentence(text) == first
+
+
+def test_an_example_is_not_what_parts_of_its_names_are():
+    """The library has an interface `Drive` and an example a model of that name."""
+    assert fitting("examples.backlash.Drive") == ()
+    assert "RateDrive" in fitting("mechanics.actuators.Drive")
