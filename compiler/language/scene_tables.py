@@ -63,6 +63,16 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 }
 """Options of `solver NAME(..)`."""
 
+TRACE_COLUMNS = (
+    *("x", "y", "z", "qw", "qx", "qy", "qz", "gripper"),
+    *(f"button{k}" for k in range(1, 9)),
+    *("vx", "vy", "vz", "wx", "wy", "wz", "hx", "hy", "hz", "age"),
+)
+"""Columns of a recorded motion beside the time, whose option is `clock`.
+
+An option of their name gives the name that a column has in the file.
+"""
+
 DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
     "forcedimension": {"id": False, "gravity": False, "smooth": False},
     "gamepad": {"smooth": False, "reach": False},
@@ -75,7 +85,12 @@ DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
         ),
         False,
     ),
-    "trace": {"file": True, "scale": False, "loop": False},
+    "trace": {
+        "file": True,
+        "scale": False,
+        "loop": False,
+        **dict.fromkeys(("clock", *TRACE_COLUMNS), False),
+    },
     "udp": {"port": True, "host": False, "wait": False, "lag": False},
 }
 """Options of drivers, and whether they are needed; those of other drivers are not compared."""

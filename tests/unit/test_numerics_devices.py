@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 from device_interface import Driver, Pose
 
-from bgc.language.scene_tables import DRIVER_OPTIONS
+from bgc.language.scene_tables import DRIVER_OPTIONS, TRACE_COLUMNS
 
-TRACE_OPTIONS = ", ".join(DRIVER_OPTIONS["trace"])
 KNOWN = (
     "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
     "vx, vy, vz, wx, wy, wz, hx, hy, hz, age, fx, fy, fz, tx, ty, tz, gripper_force"
 )
+NO_COLUMN = "the header has a column that no option such as x=NAME names, and that is none of"
+TRACE_OPTIONS = f"file, scale, loop, clock, or a column: {KNOWN}"
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
 
 
@@ -266,7 +267,7 @@ def test_trace_with_orientation_gripper_and_buttons(library: Any, tmp_path: Path
         ("# only a comment\n\n", ": the file has no header `time,x,y,z`"),
         ("time,x,y,z\n", ": the file has no rows"),
         ("time,x,y\n0,0,0\n", ":1: the header lacks the column z"),
-        ("\ntime,x,y,zz\n", f":2: the header names a column that is none of {KNOWN}"),
+        ("\ntime,x,y,zz\n", f":2: {NO_COLUMN} {KNOWN}"),
         ("time,x,y,z,x\n", ":1: this column is there twice: x"),
         ("time,x,y,z,qx\n", ":1: the header lacks the column qw"),
         ("time,x,y,z\n0,0,0,0\n1,a,0,0\n", ":3: there is no number in the column x"),
@@ -296,6 +297,8 @@ def test_trace_reports_the_line_at_fault(
         ("file", "trace: this option has no value: file"),
         ("file=a\nspeed=2", f"trace: there is no option called speed: {TRACE_OPTIONS}"),
         ("file=a\nscale=big", "trace: scale must be a number, not big"),
+        ("file=a\ntime=t", f"trace: there is no option called time: {TRACE_OPTIONS}"),
+        ("file=a\nfx=2", f"trace: there is no option called fx: {TRACE_OPTIONS}"),
         ("file=a\nloop=2", "trace: loop must be 0 or 1, not 2"),
     ],
 )
@@ -303,6 +306,23 @@ def test_trace_reports_wrong_options(library: Any, options: str, message: str) -
     trace = Trace(library, options)
     assert not trace.handle
     assert trace.message == message
+
+
+def test_trace_reads_columns_of_other_names(library: Any, tmp_path: Path) -> None:
+    """A table of a laboratory: what is not named is not read, an axis that is not there is 0."""
+    path = tmp_path / "lab.csv"
+    path.write_text("t [s],comment,hand x, height,x\n0,begins,1,5,9\n2,,3,7,9\n")
+    trace = Trace(library, f"file={path}\nclock=t [s]\nx=hand x\nz=height\nscale=0.5")
+    assert list(trace.at(1.0).position) == [1.0, 0.0, 3.0]
+    for options, words in (
+        ("clock=t [s]\nx=hand y", ":1: the header lacks the column hand y"),
+        ("x=hand x", ":1: the header lacks the column time"),
+        ("clock=t [s]\nx=comment", ":2: there is no number in the column comment"),
+    ):
+        assert Trace(library, f"file={path}\n{options}").message == f"{path}{words}"
+    assert [*DRIVER_OPTIONS["trace"]] == ["file", "scale", "loop", "clock", *TRACE_COLUMNS]
+    first, last = TRACE_COLUMNS[:8], TRACE_COLUMNS[16:]
+    assert KNOWN.startswith(", ".join(("time", *first, "button1 .. button8", *last)))
 
 
 def test_trace_of_many_rows(library: Any, tmp_path: Path) -> None:

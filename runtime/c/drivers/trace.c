@@ -1,6 +1,8 @@
 /* trace.c: the driver `trace`: the recorded motion of an operator from a CSV file; forces are ignored.
  *
- * Options, one a line: file=PATH (required), scale=FACTOR of the positions (1), loop=0|1 (0).
+ * Options, one a line: file=PATH (required), scale=FACTOR of the positions (1), loop=0|1 (0), and
+ * COLUMN=NAME for a column that has another name in the file, clock=NAME for that of the time. With one of these, columns that nothing names
+ * are not read, and x, y, z that the file lacks are 0.
  * In the file, empty lines and lines that start with # are skipped. A header names the columns: time
  * (s), x, y, z (m) are required; qw, qx, qy, qz (a quaternion), gripper (m), button1 .. button8 (0 or 1),
  * vx, vy, vz (m/s), wx, wy, wz (rad/s) and hx, hy, hz (the force that the device held, N) are optional. Columns
@@ -17,6 +19,7 @@ typedef struct {
     char *file;
     double scale;
     int loop;
+    column_names names;
 } settings;
 
 /* Reads key=value lines. Returns 0 on a fault. */
@@ -46,8 +49,15 @@ static int parse_options(char *lines, settings *s, char *message, size_t size) {
             }
             s->loop = loop != 0.0;
         } else {
-            snprintf(message, size, "trace: there is no option called %s: file, scale, loop", line);
-            return 0;
+            const int column = strcmp(line, "clock") == 0 ? TIME : find_column(column_name, line);
+            if (column == UNREAD || column >= COLUMNS || strcmp(line, column_name[TIME]) == 0) {
+                snprintf(message, size,
+                         "trace: there is no option called %s: file, scale, loop, clock, or a column: %s", line,
+                         known_columns);
+                return 0;
+            }
+            s->names.of[column] = value;
+            s->names.chosen = 1;
         }
     }
     if (s->file == NULL) {
@@ -68,7 +78,7 @@ static void trace_close(void *handle) {
 
 /* Reads the motion of the file in `s`. Returns NULL on a fault. */
 static trace *load(const settings *s, char *message, size_t size) {
-    const reporter r = {s->file, message, size};
+    const reporter r = {s->file, &s->names, message, size};
     trace *t = calloc(1, sizeof *t);
     char *text = NULL;
     int good = 0;
@@ -97,7 +107,7 @@ static trace *load(const settings *s, char *message, size_t size) {
 
 /* bgc_driver.open. */
 static void *trace_open(const char *options, char *message, size_t size) {
-    settings s = {NULL, 1.0, 0};
+    settings s = {NULL, 1.0, 0, {{NULL}, 0}};
     const size_t length = strlen(options != NULL ? options : "");
     char *lines = malloc(length + 1);
     trace *t = NULL;
@@ -107,6 +117,7 @@ static void *trace_open(const char *options, char *message, size_t size) {
         return NULL;
     }
     memcpy(lines, options != NULL ? options : "", length + 1);
+    memcpy(s.names.of, column_name, sizeof column_name);
     if (parse_options(lines, &s, message, size)) {
         t = load(&s, message, size);
     }

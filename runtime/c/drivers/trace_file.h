@@ -31,9 +31,9 @@ typedef struct stat file_status;
 
 #define MOST_BYTES 256000000L /* of a file */
 
-enum { MOST_DIGITS = 400 }; /* characters of a number */
+enum { MOST_DIGITS = 400, MOST_COLUMNS = 1024 }; /* characters of a number; columns of a file */
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, VELOCITY = 17, ANGULAR = 20 };
-enum { HELD = 23, AGE = 26, COLUMNS = 27, WITH_EFFORTS = 34, REQUIRED = 4 };
+enum { HELD = 23, AGE = 26, COLUMNS = 27, WITH_EFFORTS = 34, REQUIRED = 4, UNREAD = -1 };
 
 static const char *const column_name[WITH_EFFORTS] = {
     "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
@@ -50,9 +50,16 @@ typedef struct {
     double *value; /* rows by COLUMNS */
 } trace;
 
+/* The names of columns in a file: those above, and others that options give. */
+typedef struct {
+    const char *of[WITH_EFFORTS];
+    int chosen; /* 1: there are others; columns that nothing names are not read */
+} column_names;
+
 /* Where to write a message about a file. */
 typedef struct {
     const char *file;
+    const column_names *names;
     char *message;
     size_t size;
 } reporter;
@@ -193,28 +200,44 @@ static int parse_number(const char *text, double *value) {
 
 /* --- the file ------------------------------------------------------------------------------ */
 
+/* The column of a name in the file, or UNREAD. */
+static int find_column(const char *const *names, const char *name) {
+    for (int k = 0; k < WITH_EFFORTS; k++) {
+        if (strcmp(name, names[k]) == 0) {
+            return k;
+        }
+    }
+    return UNREAD;
+}
+
 /* Reads the columns that the header names, in its order. Returns 0 on a fault. */
 static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count,
                         trace *t) {
+    const column_names *names = r->names;
     uint64_t seen = 0;
 
     *count = 0;
     /* Known columns, each once. */
     for (char *field; (field = next_field(&line)) != NULL;) {
-        int k = 0;
-        while (k < WITH_EFFORTS && strcmp(field, column_name[k]) != 0) {
-            k++;
+        const int k = find_column(names->of, field);
+        if (*count == MOST_COLUMNS) {
+            return fail(r, line_number, "the file has too many columns", "");
         }
-        if (k == WITH_EFFORTS) {
-            return fail(r, line_number, "the header names a column that is none of ", known_columns);
+        columns[(*count)++] = k;
+        if (k == UNREAD) {
+            if (!names->chosen) {
+                return fail(r, line_number,
+                            "the header has a column that no option such as x=NAME names, and that is none of ",
+                            known_columns);
+            }
+            continue;
         }
         if ((seen >> k & 1u) != 0) {
-            return fail(r, line_number, "this column is there twice: ", column_name[k]);
+            return fail(r, line_number, "this column is there twice: ", names->of[k]);
         }
         seen |= UINT64_C(1) << k;
-        columns[(*count)++] = k;
     }
-    /* Required columns; of a quaternion and of velocities all or none. */
+    /* Required columns, also those of other names; of a quaternion and of velocities all or none. */
     t->has_velocity = (seen >> VELOCITY & 7u) != 0;
     t->has_angular = (seen >> ANGULAR & 7u) != 0;
     t->has_held = (seen >> HELD & 7u) != 0;
@@ -223,8 +246,9 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
         const int velocity = k >= VELOCITY && k < ANGULAR && t->has_velocity;
         const int angular = k >= ANGULAR && k < HELD && t->has_angular;
         const int held = k >= HELD && k < AGE && t->has_held;
-        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation || velocity || angular || held)) {
-            return fail(r, line_number, "the header lacks the column ", column_name[k]);
+        const int required = names->chosen ? k == TIME || names->of[k] != column_name[k] : k < REQUIRED;
+        if ((seen >> k & 1u) == 0 && (required || orientation || velocity || angular || held)) {
+            return fail(r, line_number, "the header lacks the column ", names->of[k]);
         }
     }
     return 1;
@@ -239,11 +263,13 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
     row[ORIENTATION] = 1.0;
     for (int k = 0; k < count; k++) {
         char *field = next_field(&line);
+        const int column = columns[k];
         if (field == NULL) {
-            return fail(r, line_number, "this row lacks the column ", column_name[columns[k]]);
+            return fail(r, line_number, "this row lacks the column ",
+                        column == UNREAD ? "that its header names" : r->names->of[column]);
         }
-        if (!parse_number(field, columns[k] < COLUMNS ? &row[columns[k]] : &ignored)) {
-            return fail(r, line_number, "there is no number in the column ", column_name[columns[k]]);
+        if (column != UNREAD && !parse_number(field, column < COLUMNS ? &row[column] : &ignored)) {
+            return fail(r, line_number, "there is no number in the column ", r->names->of[column]);
         }
     }
     if (line != NULL) {
@@ -278,7 +304,7 @@ static void keep_hemisphere(const double *before, double *row) {
 
 /* Reads all rows of the text. Returns 0 on a fault. */
 static int parse_text(const reporter *r, char *text, trace *t) {
-    int columns[WITH_EFFORTS], count = 0;
+    int columns[MOST_COLUMNS], count = 0;
     size_t line_number = 0, room = 0;
 
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0) {
