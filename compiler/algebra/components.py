@@ -13,10 +13,11 @@ def strong_components(
 ) -> Iterator[tuple[list[Vertex], bool]]:
     """Yield the components that a vertex reaches, each after those it needs.
 
-    With each comes whether it has a cycle, which a component of one vertex need not have. The
-    search is lazy: it asks for the next of a vertex's `needs` when the component of the one before
-    has been yielded, so the answer may depend on what the caller made of it. Vertices that are
-    done are passed over; the caller marks those of a component before it takes the next one.
+    Each is paired with a flag, whether it contains a cycle (a component of one vertex need not).
+    The search is lazy: it asks for the next of a vertex's `needs` after it has yielded the
+    component of the previous one, so `needs` may use the caller's results for that component. It
+    skips vertices for which `is_done` holds; the caller lets it hold for the members of each
+    component before it takes the next one.
     """
     order: dict[Vertex, int] = {root: 0}
     lowest: dict[Vertex, int] = {root: 0}

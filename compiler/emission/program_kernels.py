@@ -86,7 +86,7 @@ def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
     )
     yield _kernel(
         "commands",
-        "What the devices are told.",
+        "Commands to the devices.",
         _RUNNING,
         "c",
         stores("c", (value for d in program.devices for value in d.values)),

@@ -105,7 +105,7 @@ def places_of(lowered: Lowered) -> Places:
 
 
 def _parameter_places(program: Program) -> tuple[Place, ...]:
-    """Where the values of parameters with a range come from: a place for each parameter."""
+    """The place that gives each parameter with a range its value; an empty place for others."""
     dag, parameters = program.dag, program.parameters
     places = [Place(None)] * len(parameters)
     waiting = [p.index for p in parameters if p.low is not None]

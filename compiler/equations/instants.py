@@ -57,7 +57,7 @@ def without_instants(program: Program) -> Program:
 
 
 def _moved_by(dag: Dag, comparison: Node) -> set[Kind]:
-    """Whether time or states move what is compared; empty where it may rest."""
+    """The kinds, time or states, that move the compared values; empty where they may rest."""
     kinds: set[Kind] = set()
     for node in dag.reachable([comparison]):
         if node == comparison or dag.level[node] <= Level.PARAM:

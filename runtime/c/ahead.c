@@ -10,7 +10,7 @@
 #include <math.h>
 
 static const double rounding_margin = 64.0 * DBL_EPSILON; /* of the size of an argument */
-enum { LONGEST_WINDOW = 1024, LOOKS_ALONE = 16 };         /* steps of a window; steps between two tries */
+enum { LONGEST_WINDOW = 1024, SKIPPED_TRIES = 16 };         /* steps of a window; steps between two tries */
 
 /* Whether the argument of switch k stays within its mode over this range. */
 static int stays(const bgc_model *m, const bgc_data *d, int k, bgc_range z) {
@@ -24,8 +24,8 @@ static int stays(const bgc_model *m, const bgc_data *d, int k, bgc_range z) {
            bgc_lesser_depth(m->switch_info[k].operation, d->mode[k], z.low, z.high) > rounding_margin * size;
 }
 
-/* Looks at a window of steps like the one from the present to `end`; returns whether no switch of time alone
- * leaves its mode in it. */
+/* Examines a window of steps as long as that from the present to `end`; returns whether no switch of time
+ * alone leaves its mode in it. */
 static int is_quiet(const bgc_model *m, bgc_data *d, double end) {
     bgc_core *core = &d->core;
     const double to = core->t + core->quiet_ahead * (end - core->t);
@@ -34,7 +34,7 @@ static int is_quiet(const bgc_model *m, bgc_data *d, double end) {
                     (bgc_range *)d->work);
     for (int k = 0; k < m->n_timed; k++) {
         if (!stays(m, d, k, d->timed_range[k])) {
-            core->looks_alone = core->quiet_ahead > 1.0 ? 0 : LOOKS_ALONE;
+            core->skipped_tries = core->quiet_ahead > 1.0 ? 0 : SKIPPED_TRIES;
             core->quiet_ahead = fmax(core->quiet_ahead / 4.0, 1.0);
             return 0;
         }
@@ -45,14 +45,14 @@ static int is_quiet(const bgc_model *m, bgc_data *d, double end) {
     return 1;
 }
 
-/* Nothing is known of the times ahead. */
+/* Discards the window: the times ahead have not been examined. */
 void bgc_forget_quiet(bgc_data *d) {
     d->core.quiet_from = INFINITY;
     d->core.quiet_to = -INFINITY;
 }
 
-/* Whether a step from the present to `end` is known to pass no edge of a switch of time alone; where it is
- * not known, this looks from time to time. */
+/* Whether a step from the present to `end` is known to pass no edge of a switch of time alone. A new
+ * window is examined from time to time. */
 int bgc_stays_quiet(const bgc_model *m, bgc_data *d, double end) {
     bgc_core *core = &d->core;
 
@@ -62,8 +62,8 @@ int bgc_stays_quiet(const bgc_model *m, bgc_data *d, double end) {
     if (m->timed_ranges == NULL || !(end > core->t)) {
         return 0;
     }
-    if (core->looks_alone > 0) {
-        core->looks_alone--;
+    if (core->skipped_tries > 0) {
+        core->skipped_tries--;
         return 0;
     }
     return is_quiet(m, d, end);

@@ -1,4 +1,4 @@
-/* at_events.c: the end of a step at an event: new modes, jumps, and modes that return without end. */
+/* at_events.c: the end of a step at an event: new modes, jumps, and modes that return endlessly. */
 #include "switches.h"
 #include "tolerance.h"
 
@@ -31,7 +31,7 @@ static int jumps_here(const bgc_model *m, bgc_data *d, int k, double before) {
     return jumps;
 }
 
-/* Counts the consecutive immediate returns of each switch. Where one returns without end, its law
+/* Counts the consecutive immediate returns of each switch. Where one returns endlessly, its law
  * drives the state to the edge from both sides: BGC_CHATTERING if f jumps there; if f is continuous,
  * the switch is left to error control. */
 static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *before,
@@ -105,7 +105,7 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     }
 
     /* New modes and consistent states; f and the factors of W are those of the old modes. */
-    bgc_look_within(d);
+    bgc_check_within(d);
     core->event = 0;
     core->event_at = core->t;
     core->counts.events++;

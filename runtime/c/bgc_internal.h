@@ -227,7 +227,7 @@ void bgc_enter_chains(const bgc_model *m, bgc_data *d);
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
 
 /* --- clear.c */
-void bgc_look_within(bgc_data *d);
+void bgc_check_within(bgc_data *d);
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h);
 int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z);
 void bgc_note_rest(bgc_data *d, int k, const double *const *z);

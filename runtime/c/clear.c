@@ -16,14 +16,14 @@
 
 static const double far_from_edge = 16.0;  /* times the variation of steps before */
 static const double rounding_part = 1e-10; /* of the largest argument so far: less is rounding */
-enum { LOOKS_AT_END = 7 };                 /* between two looks within a step */
+enum { END_CHECKS = 7 }; /* steps that are examined at their end only, before one is examined within */
 
 /* fmin and fmax of numbers, without a call. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
-/* The next step is looked at within. */
-void bgc_look_within(bgc_data *d) { d->core.looks = 0; }
+/* The next step is to be examined within. */
+void bgc_check_within(bgc_data *d) { d->core.end_checks = 0; }
 
 /* Whether the argument of switch k, now z, rests on the edge of a kink. `growth` is the length of the step
  * over that of the step before, if it is longer. */
@@ -60,15 +60,16 @@ void bgc_note_rest(bgc_data *d, int k, const double *const *z) {
 }
 
 /* Whether every argument is far from the edge of its mode, by the arguments z at the end of a step of
- * length h, or constant within its mode, or rests on the edge of a kink. Counts the looks. */
+ * length h, or constant within its mode, or rests on the edge of a kink. Counts the steps that
+ * are examined at their end only. */
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) {
     const double last = d->core.counts.last_step, growth = h > last ? h / last : 1.0;
     int resting = 0;
 
-    if (d->core.looks == 0 || !(last > 0.0)) {
+    if (d->core.end_checks == 0 || !(last > 0.0)) {
         return 0;
     }
-    d->core.looks--;
+    d->core.end_checks--;
     for (int k = d->core.skipped ? m->n_timed : 0; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
@@ -115,6 +116,6 @@ int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
         d->swing[k] = high - low;
         d->rest[k] = 0.0;
     }
-    d->core.looks = LOOKS_AT_END;
+    d->core.end_checks = END_CHECKS;
     return all_clear;
 }

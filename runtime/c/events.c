@@ -150,7 +150,7 @@ static double *sample_place(const bgc_model *m, const bgc_data *d, int i) {
 /* After steps without a look at the switches of time alone: their arguments at the present. */
 static void catch_up(const bgc_model *m, bgc_data *d) {
     d->core.skipped = 0;
-    bgc_look_within(d);
+    bgc_check_within(d);
     if (m->n_timed == m->n_switch) {
         evaluate(m, d, TIME_ALONE, d->core.t, d->argument);
     }

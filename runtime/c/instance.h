@@ -150,13 +150,13 @@ typedef struct {
     double event_at; /* time of the last event */
     int unreturned;  /* an argument that a jump turned back has not come back within its mode */
     int near_edge;   /* in that step a switch came near to the edge of its mode, or it has none */
-    int looks;       /* steps of which the end alone may be looked at, before another look within */
+    int end_checks;  /* steps that may be examined at their end only, before one is examined within */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
     /* The times between which no switch of time alone leaves its mode: ahead.c. */
     double quiet_from, quiet_to;
     double quiet_ahead; /* steps of the next window */
-    int looks_alone;    /* steps before the next window is tried */
+    int skipped_tries;  /* steps before the next window is tried */
     int skipped;        /* the arguments of switches of time alone are not those of the present */
 
     /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */

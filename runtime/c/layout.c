@@ -35,11 +35,14 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t unknowns = (size_t)m->n_start;
     layout l = {from, 0};
 
+    /* Parameters, states and inputs. */
     d->p = place(&l, (size_t)m->n_param);
     d->h = place(&l, (size_t)m->n_hoist);
     d->x = place(&l, n);
     d->u = place(&l, (size_t)m->n_input + switches);
     d->u_step = place(&l, (size_t)m->n_input + switches);
+
+    /* Switches, sampled parts and jumps. */
     d->mode = place(&l, switches);
     d->argument = place(&l, switches);
     d->extent = place(&l, switches);
@@ -53,6 +56,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->holds = place(&l, (size_t)m->n_jump);
     d->jumped_at = place(&l, (size_t)m->n_jump);
     d->close_jumps = place(&l, (size_t)m->n_jump);
+
+    /* States below their tolerances, and divisors. */
     d->faint_phase = place(&l, n);
     d->faint_from = place(&l, n);
     d->faint_to = place(&l, n);
@@ -63,6 +68,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->faint = (bgc_faint_state *)(void *)place(&l, n * sizeof *d->faint / sizeof(double));
     d->divisor_extent = place(&l, (size_t)m->n_divisor);
     d->divisor_slope = place(&l, (size_t)m->n_divisor);
+
+    /* The mass matrix with its scales, and ranges of terms of time. */
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, unknown);
     d->mass = place(&l, (size_t)m->n_mass);
@@ -73,6 +80,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->f_before = m->n_term > 0 ? place(&l, n) : NULL;
     d->inverse_mass = place(&l, n);
     d->algebraic = place(&l, n);
+
+    /* df/dx, the factors of W, and what estimates keep from step to step. */
     d->jac = place(&l, local > slopes ? local : slopes);
     d->dfdt = place(&l, n);
     d->lu = place(&l, (size_t)m->n_lu);
@@ -83,6 +92,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->dominant = place(&l, n);
     d->direction = place(&l, n);
     d->image = place(&l, n);
+
+    /* The ends of the last step, its dense output, and the rows of closed chains. */
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
@@ -91,6 +102,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->response_size = place(&l, m->closure_info == NULL ? 0 : (size_t)m->closure_info->n_row);
     d->n_saved = l.used;
 
+    /* Arrays that are not saved. First the stages and right-hand sides of a step. */
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
     d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
     d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
@@ -106,9 +118,13 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->residual = place(&l, unknown);
     d->magnitude = place(&l, unknown);
     d->b = place(&l, unknown);
+
+    /* Results of kernels. */
     d->output = place(&l, (size_t)m->n_output);
     d->command = place(&l, (size_t)m->n_command);
     d->check = place(&l, checks);
+
+    /* Switches, divisors, jumps, pulses and terms of time within a step. */
     d->samples = place(&l, BGC_SAMPLES * bgc_padded(m->n_switch));
     d->divisors = place(&l, (BGC_SAMPLES + 1) * bgc_padded(m->n_divisor));
     d->probe = place(&l, switches);
@@ -125,6 +141,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->timed_range = place_ranges(&l, m->timed_ranges != NULL ? m->n_timed : 0);
     d->around = place(&l, (size_t)m->n_term);
     d->widest = place(&l, (size_t)m->n_term);
+
+    /* Newton's method for consistent values. */
     d->first = place(&l, n);
     d->start = place(&l, n);
     d->largest = place(&l, n);
@@ -132,6 +150,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->homotopy = place(&l, n);
     d->change = place(&l, n);
     d->next_change = place(&l, n);
+
+    /* Scratch of kernels and of linear algebra, with inner unknowns. */
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
     d->sparse_work = place(&l, 2 * unknown);
@@ -141,6 +161,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->local = place(&l, m->n_inner > 0 ? local : 0);
     d->slopes = place(&l, m->n_inner > 0 ? slopes : 0);
     d->reach = place(&l, unknown);
+
+    /* Newton's method for the initial state, and closed chains. */
     d->start_at = place(&l, unknowns);
     d->start_from = place(&l, unknowns);
     d->start_trial = place(&l, unknowns);

@@ -86,9 +86,9 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     }
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
-    bgc_look_within(d);
+    bgc_check_within(d);
     d->core.quiet_ahead = 16.0;
-    d->core.looks_alone = d->core.skipped = 0;
+    d->core.skipped_tries = d->core.skipped = 0;
     bgc_forget_quiet(d);
     d->core.event_at = (double)NAN;
 }

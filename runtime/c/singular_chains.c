@@ -137,6 +137,7 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
         int last = first;
         double pivot;
 
+        /* The response matrix of one chain, and the largest size of its diagonal so far. */
         while (last < c->n_row && c->chain_of[last] == chain) {
             last++;
         }
@@ -145,6 +146,8 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
             const double now = p.matrix[(i - first) * (last - first + 1)];
             d->response_size[i] = fmax(d->response_size[i], now);
         }
+
+        /* Its smallest pivot, relative to that size. */
         pivot = cholesky(last - first, p.matrix, d->response_size + first);
         if (pivot < d->core.next_chain_pivot) {
             d->core.next_chain_pivot = pivot;
@@ -153,6 +156,8 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
         if (pivot < singular_pivot) {
             return BGC_SINGULAR_CHAIN;
         }
+
+        /* Whether the step may have passed a singular position. */
         if (d->core.watches_chains &&
             !are_resolved(c, before, before + c->n_row * c->n_impulse, first, last, &p)) {
             d->core.failed_chain = chain;

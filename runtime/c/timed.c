@@ -102,7 +102,7 @@ static void compare_with_these(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Looks at many steps of length h from t at once; returns whether all of them are clear. */
+/* Examines many steps of length h from t at once; returns whether all of them are clear. */
 static int is_clear_ahead(const bgc_model *m, bgc_data *d, double t, double h) {
     bgc_core *core = &d->core;
     const double end = t + core->ahead * core->reach * h;

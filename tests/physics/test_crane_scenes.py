@@ -192,7 +192,7 @@ def test_a_scene_with_another_part_starts_at_rest(name, slot, part):
 
 
 def _moved(damping, way, duration, mass, limit):
-    """Where a drive of the gantry ends: trolley, hook and load at small angles, two falls."""
+    """The end of a drive of the gantry: trolley, hook and load at small angles, two falls."""
 
     def share(t):
         return np.clip(t / duration, 0, 1)

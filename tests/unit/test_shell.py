@@ -1,4 +1,4 @@
-"""What a shell sees of the installation: version, completion, manual page."""
+"""The installation as a shell uses it: version, completion, manual page."""
 
 import json
 import shutil

@@ -97,7 +97,7 @@ def _is_column(path: syntax.Expr, columns: Sequence[str]) -> bool:
 
 
 def _slot_above(path: syntax.Expr, slots: Sequence[str]) -> str | None:
-    """The slot, of these, that holds what a path names."""
+    """The one of these slots that contains the target of a path."""
     name = text_of(path)
     return next((s for s in slots if name.startswith((f"{s}.", f"{s}["))), None)
 

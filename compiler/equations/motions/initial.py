@@ -118,9 +118,9 @@ def _linear_quantities(
     ] + [c for block in stored.momenta for c in _conditions_on_momenta(dag, block, place)]
     if not conditions:
         return {state.symbol: state.initial for state in states}
-    told = {i for c in conditions for i in c.row}
+    conditioned = {i for c in conditions for i in c.row}
     for state in states:
-        if state.symbol not in moved and place[state.symbol] not in told:
+        if state.symbol not in moved and place[state.symbol] not in conditioned:
             row = {place[state.symbol]: dag.one}
             conditions.append(Condition(row, state.initial, conditions[0].name, None))
     columns = [[column.get(symbol, dag.zero) for symbol in place] for column in motions]

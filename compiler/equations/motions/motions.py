@@ -303,14 +303,14 @@ class _Search:
             row = open_rows.pop(i)
             pivot = row.pop(column)
             self._variables.may_divide(pivot, "the modulus of a gyrator must not be zero")
-            told = {c: dag.neg(dag.div(x, pivot)) for c, x in row.items()}
+            solution = {c: dag.neg(dag.div(x, pivot)) for c, x in row.items()}
             for other in (*open_rows, *solved.values()):
                 if column in other:
-                    self._add(other, told, other.pop(column))
+                    self._add(other, solution, other.pop(column))
                     for c in [c for c, x in other.items() if is_zero(x)]:
                         del other[c]
             open_rows = [other for other in open_rows if other]
-            solved[column] = told
+            solved[column] = solution
         free = sorted(columns - set(solved))
         return {
             column: {column: dag.one}

@@ -22,7 +22,7 @@ from bgc.values.units import parse_unit
 class IntegratedState:
     """A storage state of the program: its raw symbol, its rate and its name.
 
-    `port` is the element port it belongs to, None of a merged one; `stores` names the elements
+    `port` is the element port it belongs to, None for a merged state; `stores` names the elements
     whose momenta or charges it holds. `flow` is the independent flow of a merged momentum.
     """
 

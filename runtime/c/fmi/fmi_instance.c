@@ -1,4 +1,4 @@
-/* fmi_instance.c: instances of an FMU: their life, their messages, and saving them whole. */
+/* fmi_instance.c: instances of an FMU: creation and release, messages, and saved states. */
 #include "fmi.h"
 
 /* --- messages ------------------------------------------------------------------------------ */
@@ -60,7 +60,7 @@ bgc_fmi_status bgc_fmi_explain(bgc_fmi *i, bgc_fmi_status as, bgc_status status)
     return bgc_fmi_report(i, as, text);
 }
 
-/* --- life ---------------------------------------------------------------------------------- */
+/* --- creation and release ------------------------------------------------------------------ */
 
 static double *zeros(size_t n) { return calloc(n + 1, sizeof(double)); }
 
@@ -120,6 +120,8 @@ bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, con
         bgc_fmi_free(i);
         return NULL;
     }
+
+    /* The instance of the model, and the arrays that calls of the importer need. */
     i->d = bgc_new(m);
     i->view_x = zeros(n);
     i->view_u = zeros((size_t)m->n_input + (size_t)m->n_switch);
@@ -148,6 +150,8 @@ bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, con
         bgc_fmi_free(i);
         return NULL;
     }
+
+    /* The pattern of partial derivatives: that of df/dx, then that of outputs and inputs. */
     for (int e = 0; e < i->n_partial; e++) {
         const int k = e - m->n_jac;
         i->partial_row[e] = k < 0 ? m->jac_row[e] : info->partial_row[k];

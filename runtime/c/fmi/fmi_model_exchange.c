@@ -313,11 +313,14 @@ bgc_fmi_status bgc_fmi_handle_events(bgc_fmi *i, int *states_changed, double *ne
     double drift = 0.0;
     bgc_status status = BGC_OK;
 
+    /* The constraints, at the time of the event. */
     memcpy(i->seed, d->x, size);
     reach_time_event(i);
     if (m->project != NULL || m->closure_info != NULL) {
         status = project(i, &drift);
     }
+
+    /* Sampled parts whose instant has come, and inputs that have changed. */
     core->f_valid = core->jac_valid = 0;
     if (status == BGC_OK && m->n_rate > 0) {
         const double slack = 1e-9 * fmax(fabs(core->t), i->core.last_step);
@@ -330,6 +333,8 @@ bgc_fmi_status bgc_fmi_handle_events(bgc_fmi *i, int *states_changed, double *ne
         memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
         bgc_forget_ahead(m, d);
     }
+
+    /* New modes with the jumps that follow, and consistent values. */
     if (status == BGC_OK && m->n_switch > 0) {
         core->event = 1;
         core->t_old = isnan(core->event_at) ? core->t_old : core->event_at;
@@ -340,6 +345,8 @@ bgc_fmi_status bgc_fmi_handle_events(bgc_fmi *i, int *states_changed, double *ne
     if (status != BGC_OK) {
         return bgc_fmi_explain(i, BGC_FMI_ERROR, status);
     }
+
+    /* The next step begins here. */
     core->t_old = core->t_end = core->t;
     core->dense = BGC_NO_DENSE;
     bgc_hold_modes(m, d);

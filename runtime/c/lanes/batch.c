@@ -27,6 +27,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     const int n = m->n_state, unknowns = bgc_unknowns(m);
     layout at = {from, 0};
 
+    /* The equations: inputs, f, df/dx and the factors of W. */
     b->h = place(&at, m->n_hoist);
     b->x = place(&at, n);
     b->u = place(&at, m->n_input + m->n_switch);
@@ -38,6 +39,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->lu = place(&at, m->n_lu);
     b->f = place(&at, n);
     b->f_last = place(&at, n);
+
+    /* A step: dense output, stages, error, and right-hand sides with inner unknowns. */
     b->y0 = place(&at, n);
     b->k = place(&at, BGC_MAX_DENSE * n);
     b->stages = place(&at, BGC_MAX_STAGES * n);
@@ -51,10 +54,14 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->residual = place(&at, unknowns);
     b->reach = place(&at, unknowns);
     b->magnitude = place(&at, unknowns);
+
+    /* Results of kernels, and switches and pulses within a step. */
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
     b->hiding = place(&at, (BGC_SAMPLES + 1) * m->n_watch);
+
+    /* Warnings about accuracy: corrections, rounding, states below their tolerances. */
     b->correction = place(&at, n);
     b->corrected_at = place(&at, n);
     b->range = place(&at, n);

@@ -1,8 +1,8 @@
 /* loop.c: the loop, sample by sample. */
 #include "servo_internal.h"
 
-enum { MOST_BLIND = 100 };  /* samples in a row without the devices, under BGC_SKIP */
-enum { BURST_LIMIT = 100 }; /* missed deadlines, where a device has motors */
+enum { MOST_SKIPPED = 100 }; /* samples in a row without the devices, under BGC_SKIP */
+enum { BURST_LIMIT = 100 };  /* missed deadlines, where a device has motors */
 
 /* Sleeps to shortly before an instant, then spins. */
 static void wait_until(bgc_servo *s, int64_t due) {
@@ -160,13 +160,14 @@ void bgc_servo_loop(bgc_servo *s) {
     const double period = s->options.period, duration = s->options.duration - longest_slew(s);
     const int64_t tick = bgc_servo_ns(period), first = bgc_servo_now(s) + tick;
     int64_t due = first, before = first - tick;
-    int blind = 0;
+    int in_a_row = 0;
 
     begin(s, first);
     for (int64_t k = 0;; k++) {
         const int64_t wanted = due;
         bgc_course *c;
         int64_t begun, finished;
+        int may_skip;
 
         /* The instant of the sample, or a later one. */
         wait_until(s, due);
@@ -184,9 +185,10 @@ void bgc_servo_loop(bgc_servo *s) {
         if (begun - due >= tick && k > 0) {
             due += catch_up(c, begun - due, tick);
         }
-        blind = c->policy == BGC_SKIP && begun - due >= tick && blind < MOST_BLIND ? blind + 1 : 0;
-        s->blind = blind > 0 && c->samples > 0;
-        bgc_servo_add(&s->skipped, s->blind);
+        may_skip = c->policy == BGC_SKIP && begun - due >= tick && in_a_row < MOST_SKIPPED;
+        in_a_row = may_skip ? in_a_row + 1 : 0;
+        s->skipping = in_a_row > 0 && c->samples > 0;
+        bgc_servo_add(&s->skipped, s->skipping);
         bgc_count_time(&s->lateness, begun - wanted);
         if (k > 0) {
             bgc_count_time(&s->jitter, llabs(begun - before - tick));

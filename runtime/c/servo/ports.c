@@ -107,7 +107,7 @@ static void note_lag(bgc_servo *s, int device, double age) {
     }
 }
 
-/* bgc_driver.read of a stand-in: the pose of the real device, or the last one in a blind sample. The first
+/* bgc_driver.read of a stand-in: the pose of the real device, or the last one in a skipped sample. The first
  * sample takes the pose with which the model was started, so that a replay of the record starts alike. */
 static int slot_read(void *handle, double t, bgc_pose *pose) {
     bgc_slot *slot = handle;
@@ -124,7 +124,7 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
         return BGC_DEVICE_FINE;
     }
     port->time = t;
-    if (s->blind) {
+    if (s->skipping) {
         *pose = slot->pose;
         return BGC_DEVICE_FINE;
     }
@@ -181,8 +181,8 @@ static void follow_ramp(const bgc_course *c) {
     atomic_store_explicit(&s->released, !is_held, memory_order_relaxed);
 }
 
-/* bgc_driver.write of a stand-in: the limited effort to the real device. Between samples, and in a blind
- * one, the device keeps what it has. */
+/* bgc_driver.write of a stand-in: the limited effort to the real device. Between samples, and in a
+ * skipped one, the device keeps its effort. */
 static int slot_write(void *handle, double t, const bgc_effort *effort) {
     bgc_slot *slot = handle;
     bgc_servo *s = slot->course->servo;
@@ -192,7 +192,7 @@ static int slot_write(void *handle, double t, const bgc_effort *effort) {
     int answer;
 
     (void)t;
-    if (!slot->course->sampling || s->blind || s->cause != BGC_SERVO_RUNNING) {
+    if (!slot->course->sampling || s->skipping || s->cause != BGC_SERVO_RUNNING) {
         return BGC_DEVICE_FINE;
     }
     if (!s->has_gain) {

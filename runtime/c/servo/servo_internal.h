@@ -62,7 +62,7 @@ struct bgc_servo {
     int ports;
 
     /* Of the loop alone. */
-    int blind;          /* in a sample that leaves the devices alone */
+    int skipping;       /* in a sample that neither reads nor writes the devices */
     int falls;          /* the force goes to zero, before a normal end or an exchange */
     int has_gain;       /* the gain of this sample is known */
     double most_gain;   /* before the end of the duration */

@@ -69,7 +69,7 @@ static void model_outputs(
     y[0] = x[0];
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

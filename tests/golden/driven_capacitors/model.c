@@ -60,7 +60,7 @@ static void model_outputs(
     y[3] = v2 * 0.01 + (0.002 * v3 + 0.003 * v3);
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

@@ -127,7 +127,7 @@ static void model_outputs(
     y[3] = h[7] * (v2 / pow(h[3] + v2 * v2, 0.25));
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

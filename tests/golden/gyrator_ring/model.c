@@ -76,7 +76,7 @@ static void model_outputs(
             (0.6 * v3 - 0.5 * v4))))) - v4);
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

@@ -94,7 +94,7 @@ static void model_outputs(
     y[2] = h[0] - 0.1 * (x[1] + v1);
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

@@ -117,7 +117,7 @@ static void model_outputs(
     for (int k = 0; k < 8; k++) y[k] = x[k];
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

@@ -102,7 +102,7 @@ static void model_outputs(
     y[3] = 1.5 * (h[6] * v2);
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {

@@ -784,7 +784,7 @@ static void model_outputs(
     model_outputs_2(h + 16, x, y + 17);
 }
 
-/* What the devices are told. */
+/* Commands to the devices. */
 static void model_commands(
     const double *h, double t, const double *x, const double *u, double *c, double *w)
 {
