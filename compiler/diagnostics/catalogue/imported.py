@@ -12,8 +12,8 @@ def not_importable(
 ) -> Diagnostic:
     """BG137: a file that `bgc import` cannot read
 
-    What: the file is not well-formed, does not have the format that its name indicates, or uses a
-    form that is not read: macros of xacro, entities of XML, tags and anchors of YAML; or it is an FMU.
+    What: the file is not well-formed, does not have the format that its name indicates, uses a form
+    that is not read (macros of xacro, entities of XML, tags and anchors of YAML), or is an FMU.
 
     Why: the text of a robot is read as XML without a document type, that of BondGraphTools as plain
     YAML. An entity can name other files, or expand to gigabytes. An FMU hides its equations, from
