@@ -48,7 +48,7 @@ from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.elaboration.scenes.shapes import read_shapes
-from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part
+from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part, Slot
 from bgc.ir.scene import Requirement
 from bgc.options import RUN_NUMBER
 from bgc.resolution.modules import Package
@@ -151,8 +151,22 @@ def _elaborate(
         units = infer_units(world, wiring, domains, scalars)
     report.raise_new_errors()
     bonds.scalars, bonds.units = scalars, units
-
     evaluate_values(world, wiring, carried)
+    return _flat_graph(world, scene, root, wiring, bonds, tuple(builder.slots), shapes)
+
+
+def _flat_graph(
+    world: World,
+    scene: Scene,
+    root: Instance,
+    wiring: Wiring,
+    bonds: BondValues,
+    slots: tuple[Slot, ...],
+    shapes: bool,
+) -> FlatGraph:
+    """Read laws, statements and the scene, once widths, units and values are known."""
+    package, report, scalars, units = world.package, world.report, bonds.scalars, bonds.units
+    assert scalars is not None and units is not None
     elements = read_elements(world, wiring, bonds, scalars)
     statements = read_statements(world, wiring)
     held, rates = read_sampled(world, wiring)
@@ -195,7 +209,7 @@ def _elaborate(
         devices=devices,
         kept=(*kept, *rest.facts.vary) if rest else kept,
         warnings=(*package.warnings, *report.warnings),
-        slots=tuple(builder.slots),
+        slots=slots,
         data=tuple(
             DataSource(name, str(path.absolute()), file.digest)
             for (path, name), file in package.data.items()

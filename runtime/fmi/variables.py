@@ -108,24 +108,74 @@ def variable_table(
         Whether the time is missing from the model description: FMI 2 permits that, and the FMI
         Library would ask for its start value.
     """
-    names: set[str] = {"time"}
-    time = Variable(0, "time", "s", "independent", "continuous", "time", 0)
-    found = [replace(time, hidden=timeless)]
+    rows = _Rows(timeless)
+    chosen = ChosenInputs(()) if inputs is None else inputs
+    _add_parameters(rows, program, starts, tunable, chosen)
+    for k, (name, unit, start) in enumerate((*_device_inputs(program), *_others(chosen.found))):
+        rows.add("input", k, name, unit, "input", start=start)
+    for k, output in enumerate(program.observations):
+        rows.add("output", k, output.name, output.unit, "output", shown=output.shown)
+    for k, (name, unit) in enumerate(_commands(program.devices)):
+        rows.add("command", k, name, unit, "output")
+    _add_accounts(rows, program, accounts)
+    free = free_states(program)
+    _add_states(rows, program, free)
+    for k in range(2):
+        supplied_or_dissipated = rows.reference("account", k + 1)
+        rows.add_rate("power", k, supplied_or_dissipated, "W", hidden=not accounts)
+    for k in range(indicators):
+        name = f"event_indicator[{k + 1}]" if indicators > 1 else "event_indicator"
+        rows.add("indicator", k, name, "1", "local")
+    continuous = tuple(rows.reference("state", k) for k in free)
+    if accounts:
+        continuous += (rows.reference("account", 1), rows.reference("account", 2))
+    return Table(tuple(rows.found), free, continuous)
 
-    def add(kind: str, index: int, name: str, unit: str, causality: str, **rest: object) -> None:
-        while name in names:
+
+class _Rows:
+    """The variables so far, in the order of their references; the first is the time."""
+
+    def __init__(self, timeless: bool) -> None:
+        time = Variable(0, "time", "s", "independent", "continuous", "time", 0, hidden=timeless)
+        self.found = [time]
+        self._names = {"time"}
+        self._references: dict[tuple[str, int], int] = {}
+
+    def reference(self, kind: str, index: int) -> int:
+        """The reference of a variable that has been added."""
+        return self._references[kind, index]
+
+    def add(
+        self, kind: str, index: int, name: str, unit: str, causality: str, **rest: object
+    ) -> None:
+        """Add a variable; a name that another one has is extended by the kind."""
+        while name in self._names:
             whole, bracket, places = name.partition("[")
             inner = whole if name.endswith("]") else name
             name = f"{inner}.{kind}{bracket}{places}" if inner != name else f"{name}.{kind}"
-        names.add(name)
+        self._names.add(name)
         variability = str(rest.pop("variability", "continuous"))
-        variable = Variable(len(found), name, unit, causality, variability, kind, index)
-        found.append(replace(variable, **rest))  # type: ignore[arg-type]
+        reference = self._references[kind, index] = len(self.found)
+        variable = Variable(reference, name, unit, causality, variability, kind, index)
+        self.found.append(replace(variable, **rest))  # type: ignore[arg-type]
 
-    chosen = ChosenInputs(()) if inputs is None else inputs
+    def add_rate(self, kind: str, index: int, of: int, unit: str, hidden: bool) -> None:
+        """Add the rate of the variable with the reference `of`."""
+        name = f"der({self.found[of].name})"
+        self.add(kind, index, name, unit, "local", derivative_of=of, hidden=hidden)
+
+
+def _add_parameters(
+    rows: _Rows,
+    program: Program,
+    starts: Sequence[float],
+    tunable: Sequence[bool],
+    chosen: ChosenInputs,
+) -> None:
+    """Add the parameters; those that an input replaces are hidden."""
     for k, parameter in enumerate(program.parameters):
         hidden = parameter.name in chosen.replaced
-        add(
+        rows.add(
             "parameter",
             k,
             f"{parameter.name}.parameter" if hidden else parameter.name,
@@ -139,17 +189,15 @@ def variable_table(
             description=_documentation(parameter.span),
             hidden=hidden,
         )
-    for k, (name, unit, start) in enumerate((*_device_inputs(program), *_others(chosen.found))):
-        add("input", k, name, unit, "input", start=start)
-    for k, output in enumerate(program.observations):
-        add("output", k, output.name, output.unit, "output", shown=output.shown)
-    for k, (name, unit) in enumerate(_commands(program.devices)):
-        add("command", k, name, unit, "output")
+
+
+def _add_accounts(rows: _Rows, program: Program, accounts: Sequence[AccountColumn]) -> None:
+    """Add the energy accounts; those that the scene does not observe are no outputs."""
     columns = {found.account: found for found in reversed(accounts)}
     for k, account in enumerate(ENERGY_ACCOUNTS):
         column = columns.get(account, AccountColumn(account, f"energy.{account}"))
         used = bool(accounts) and (account in columns or account in ("supplied", "dissipated"))
-        add(
+        rows.add(
             "account",
             k,
             name_in_si(column.column),
@@ -159,34 +207,18 @@ def variable_table(
             hidden=not used,
             reinit=bool(program.jumps) and account in ("supplied", "dissipated"),
         )
-    first = len(found)
-    free = free_states(program)
+
+
+def _add_states(rows: _Rows, program: Program, free: Sequence[int]) -> None:
+    """Add the states, then their rates; those that are not `free` have hidden rates."""
     moved = bool(program.jumps) or program.closures is not None
     moved = moved or any(state.projection is not None for state in program.states)
     for k, state in enumerate(program.states):
-        add(
-            "state",
-            k,
-            state.name,
-            state.unit,
-            "local",
-            shown=state.shown,
-            reinit=moved and k in free,
-        )
+        reinit = moved and k in free
+        rows.add("state", k, state.name, state.unit, "local", shown=state.shown, reinit=reinit)
     for k, state in enumerate(program.states):
-        name, unit = f"der({found[first + k].name})", _rate_unit(state.unit)
-        add("rate", k, name, unit, "local", derivative_of=first + k, hidden=k not in free)
-    (place,) = (v.reference for v in found if v.kind == "account" and v.index == 1)
-    for k in range(2):
-        name = f"der({found[place + k].name})"
-        add("power", k, name, "W", "local", derivative_of=place + k, hidden=not accounts)
-    for k in range(indicators):
-        name = f"event_indicator[{k + 1}]" if indicators > 1 else "event_indicator"
-        add("indicator", k, name, "1", "local")
-    continuous = tuple(first + k for k in free)
-    if accounts:
-        continuous += (place, place + 1)
-    return Table(tuple(found), free, continuous)
+        of = rows.reference("state", k)
+        rows.add_rate("rate", k, of, _rate_unit(state.unit), hidden=k not in free)
 
 
 def free_states(program: Program) -> tuple[int, ...]:
