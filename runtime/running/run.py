@@ -23,7 +23,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run
-from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
+from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, MethodInfo, default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.rows import RowTimes
@@ -120,15 +120,7 @@ def choose_method(
     """
     given = {name: value for name, value in options.items() if value is not None}
     wanted = {**dict(facts.solver_options), **given}
-    for name, value in wanted.items():
-        if not (math.isfinite(value) and value > 0):
-            raise BgError([bad_option(name, value, "a positive number")])
-    if not _TIGHTEST <= wanted.get("rtol", _TIGHTEST) <= _LOOSEST:
-        allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
-        raise BgError([bad_option("rtol", wanted["rtol"], allowed)])
-    substeps = wanted.get("substeps", 1.0)
-    if substeps != int(substeps) or substeps > _MOST_SUBSTEPS:
-        raise BgError([bad_option("substeps", substeps, "a whole number up to 1000", "8")])
+    _check_options(wanted)
     name = solver or facts.solver or ""
     # A recommendation was measured without the caller's options, which go first.
     auto = name == AUTO and not given
@@ -149,9 +141,7 @@ def choose_method(
     for option in wanted:
         if option not in served and option in intended:
             raise BgError([option_not_served(name, option, fixed, served)])
-    own = library.methods.get(facts.solver or "")  # None: none, `auto` or a backend
-    lost = {"rtol", "atol"} if (own is not None and own.fixed) != fixed else set()
-    lost |= {"step"} if own is not None and own.fixed != fixed else set()
+    lost = _options_of_other_kind(library.methods.get(facts.solver or ""), fixed)
     wanted = {
         option: value
         for option, value in wanted.items()
@@ -174,6 +164,29 @@ def choose_method(
         settle=wanted.get("settle", 0.0),
         auto=auto,
     )
+
+
+def _check_options(wanted: Mapping[str, float]) -> None:
+    """Refuse options that no method can use, as BG066."""
+    for name, value in wanted.items():
+        if not (math.isfinite(value) and value > 0):
+            raise BgError([bad_option(name, value, "a positive number")])
+    if not _TIGHTEST <= wanted.get("rtol", _TIGHTEST) <= _LOOSEST:
+        allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
+        raise BgError([bad_option("rtol", wanted["rtol"], allowed)])
+    substeps = wanted.get("substeps", 1.0)
+    if substeps != int(substeps) or substeps > _MOST_SUBSTEPS:
+        raise BgError([bad_option("substeps", substeps, "a whole number up to 1000", "8")])
+
+
+def _options_of_other_kind(own: MethodInfo | None, fixed: bool) -> set[str]:
+    """The options of the scene's own method that have no meaning for one of the other kind.
+
+    `own` is None without a method in the scene, for `auto` and for a backend.
+    """
+    if own is None:
+        return {"rtol", "atol"} if fixed else set()
+    return {"rtol", "atol", "step"} if own.fixed != fixed else set()
 
 
 def start(

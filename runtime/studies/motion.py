@@ -11,7 +11,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.columns import column_of, name_in_si
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.result import Result
@@ -60,26 +60,12 @@ def read_motion(
     Raises BgError: BG788 for an unreadable file, BG479 where no column matches, BG063 for a unit.
     """
     path = str(motion) if isinstance(motion, (str, Path)) else "the motion"
-    if isinstance(motion, (str, Path)):
-        found = read_columns(motion)
-    elif isinstance(motion, Result):
-        pairs = ((name, motion[name]) for name in ("time", *motion))
-        found = {(name_in_si(name), _unit_of(motion, name)): values for name, values in pairs}
-    else:
-        found = {(name, ""): np.asarray(values, float) for name, values in motion.items()}
-    times = {name: values * factor(unit, name, "s") for (name, unit), values in found.items()
-             if name == "time"}  # fmt: skip
-    if "time" not in times:
-        raise BgError([bad_case_table(path, "it has no column `time`")])
-    time = times["time"]
-    if len(time) < 2:
-        raise BgError([bad_case_table(path, "it has fewer than two rows")])
-    if not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
-        raise BgError([bad_case_table(path, "its times do not rise from 0 or later")])
-    columns_found = [name for name, _ in found if name != "time"]
+    found = _columns_of(motion)
+    time = _times(found, path)
+    names = [name for name, _ in found if name != "time"]
     for name in match:
-        if name not in columns_found:
-            way_out = did_you_mean(name, columns_found) or f"the data have {listed(columns_found)}"
+        if name not in names:
+            way_out = did_you_mean(name, names) or f"the data have {listed(names)}"
             raise BgError([cannot_fit(f"the data have no column `{name}`", way_out)])
     known = {spelling: v for v in model.outputs for spelling in (v.name, name_in_si(v.name))}
     fitted: dict[str, Array] = {}
@@ -95,27 +81,57 @@ def read_motion(
             continue
         if len(values) != len(time):
             raise BgError([bad_case_table(path, f"`{name}` and `time` differ in length")])
-        fitted[variable.name] = values * _into(unit, name, variable)
-        largest = float(np.abs(fitted[variable.name][np.isfinite(values)]).max(initial=0.0))
-        if largest > _LARGEST:
-            reason = f"`{name}` has a value of {largest:.3g}, whose square is no longer a number"
-            raise BgError([cannot_fit(reason, "correct the value or its unit")])
+        fitted[variable.name] = _fitted(values, name, unit, variable)
     if not fitted:
-        recorded = ", ".join(f"`{name}`" for name in columns_found)
-        observed = ", ".join(f"`{v.name}`" for v in model.outputs)
-        raise BgError(
-            [
-                cannot_fit(
-                    f"the scene observes {observed or 'nothing'}, the data have {recorded}",
-                    'name the columns alike, or give `--match "OBSERVED=RECORDED"`',
-                )
-            ]
-        )
+        raise BgError([_nothing_in_common(names, model)])
     table = np.column_stack(list(fitted.values()))
     if time[0] > 0:  # a run begins at 0, where nothing is recorded
         time = np.concatenate(([0.0], time))
         table = np.concatenate((np.full((1, table.shape[1]), np.nan), table))
     return Recorded(time, tuple(fitted), table)
+
+
+def _columns_of(motion: Motion) -> Mapping[tuple[str, str], Array]:
+    """The columns of a motion by name and unit; an empty unit stands for SI."""
+    if isinstance(motion, (str, Path)):
+        return read_columns(motion)
+    if isinstance(motion, Result):
+        pairs = ((name, motion[name]) for name in ("time", *motion))
+        return {(name_in_si(name), _unit_of(motion, name)): values for name, values in pairs}
+    return {(name, ""): np.asarray(values, float) for name, values in motion.items()}
+
+
+def _times(found: Mapping[tuple[str, str], Array], path: str) -> Array:
+    """The recorded times, s, which rise; BG788 where they do not."""
+    times = [values * factor(unit, name, "s") for (name, unit), values in found.items()
+             if name == "time"]  # fmt: skip
+    if not times:
+        raise BgError([bad_case_table(path, "it has no column `time`")])
+    time = times[-1]
+    if len(time) < 2:
+        raise BgError([bad_case_table(path, "it has fewer than two rows")])
+    if not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
+        raise BgError([bad_case_table(path, "its times do not rise from 0 or later")])
+    return time
+
+
+def _fitted(values: Array, name: str, unit: str, variable: Variable) -> Array:
+    """A recorded column in the unit of the observed one; BG479 for values without a square."""
+    converted = values * _into(unit, name, variable)
+    largest = float(np.abs(converted[np.isfinite(values)]).max(initial=0.0))
+    if largest > _LARGEST:
+        reason = f"`{name}` has a value of {largest:.3g}, whose square is no longer a number"
+        raise BgError([cannot_fit(reason, "correct the value or its unit")])
+    return converted
+
+
+def _nothing_in_common(names: Sequence[str], model: LoadedModel) -> Diagnostic:
+    recorded = ", ".join(f"`{name}`" for name in names)
+    observed = ", ".join(f"`{v.name}`" for v in model.outputs)
+    return cannot_fit(
+        f"the scene observes {observed or 'nothing'}, the data have {recorded}",
+        'name the columns alike, or give `--match "OBSERVED=RECORDED"`',
+    )
 
 
 def _into(unit: str, name: str, variable: Variable) -> float:
