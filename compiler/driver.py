@@ -10,7 +10,14 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
-from bgc.building.build import Unit, build_shared_object, driver_names, lane_runtime_units
+from bgc.building.backends import BACKENDS
+from bgc.building.build import (
+    Unit,
+    build_shared_object,
+    driver_names,
+    lane_runtime_units,
+    method_names,
+)
 from bgc.building.built import (
     Built,
     Place,
@@ -25,7 +32,7 @@ from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
-from bgc.diagnostics.catalogue.arguments import unknown_driver
+from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observed import with_accounts
@@ -42,7 +49,7 @@ from bgc.ir.graph import FlatGraph
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
-from bgc.language.scene_tables import DRIVER_BY_PATH
+from bgc.language.scene_tables import AUTO, DRIVER_BY_PATH
 from bgc.options import Options
 from bgc.passivity.checks import check_physics
 from bgc.passivity.coefficients import passive_coefficients
@@ -328,7 +335,8 @@ def check_package(
             only_values = reached is not package and _fills_slots(reached)
             found += [d for d in err.diagnostics if not (only_values and d.code == "BG453")]
         else:
-            found += [*_unknown_drivers(stages.graph), *stages.warnings]
+            graph = stages.graph
+            found += [*_unknown_method(graph), *_unknown_drivers(graph), *stages.warnings]
             if seen is not None:
                 seen(stages)
     if scene is None:
@@ -341,6 +349,15 @@ def check_package(
 def _fills_slots(alone: Package) -> bool:
     """Return whether a model implements an interface: it may hold values and nothing to compute."""
     return alone.root.own_models[-1].syntax.base is not None
+
+
+def _unknown_method(graph: FlatGraph) -> list[Diagnostic]:
+    """The error for a method that `bgc run` would not find."""
+    solver = graph.scene.solver
+    if solver is None or solver.name == AUTO:
+        return []
+    have = (*method_names(), *BACKENDS)
+    return [] if solver.name in have else [unknown_solver(solver.name, have, solver.span)]
 
 
 def _unknown_drivers(graph: FlatGraph) -> list[Diagnostic]:

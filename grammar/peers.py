@@ -186,6 +186,7 @@ _KEYWORDS = _patterns(
     (r"String\b", "texts are no values: leave it out"),
     (r"initial\s+equation\b", "a start value stands at its declaration: `state x = ..;`"),
     (r"initial\s+(\w+)", r"a start value stands at its declaration: `state \1 = ..;`"),
+    (r"(?:rtol|atol)\b", "tolerances are options of the method: `solver rodas5p(rtol = 1e-6);`"),
     (r"ddt\s*\(\s*(\w+)\s*\)", r"a derivative is `der(\1) = ..;`"),
     (r"extends\s+(\w+)", r"a model that extends another is `model Name is \1 { .. }`"),
     (

@@ -98,6 +98,9 @@ DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
 DRIVER_BY_PATH = "driver"
 """The driver whose first argument is the path of a shared object: `driver("./mine.so")`."""
 
+AUTO = "auto"
+"""The solver that stands for the recommendation of `bgc trade`: `solver auto;`."""
+
 OVERRUN_POLICIES: Mapping[str, str] = {
     "hold": "periods that were missed are left out of simulated time",
     "skip": "the model catches up with the last pose, without reading or writing the device",

@@ -20,6 +20,7 @@ from bgc.diagnostics.catalogue.arguments import (
 )
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene_tables import AUTO
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run
@@ -29,8 +30,6 @@ from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.settle import settle
 from bgc.runtime.running.structures import OptionsStruct, Status
-
-AUTO = "auto"
 
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
 _MOST_SUBSTEPS = 1000

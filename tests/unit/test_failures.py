@@ -5,11 +5,13 @@ from types import SimpleNamespace
 import pytest
 
 import bgc
+from bgc.building.build import method_names
 from bgc.building.built import Place, Places
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import check_source
 from bgc.runtime.running.failures import explain
+from bgc.runtime.running.methods import known_methods
 from bgc.runtime.running.structures import Status
 
 MODEL = SimpleNamespace(
@@ -145,3 +147,18 @@ def test_an_unknown_driver_is_answered_with_those_of_the_build(tmp_path, driver,
     (checked,) = check_source(path)
     assert checked.message == diagnostic.message and checked.help == diagnostic.help
     assert checked.span is not None and checked.span.text.startswith("device hand")
+
+
+@pytest.mark.parametrize("solver", ["ode45", "rodas5", "auto", "rk4", "cvode"])
+def test_a_check_knows_the_methods_of_a_run(tmp_path, solver):
+    path = tmp_path / "m.bg"
+    path.write_text(
+        "model M { state x = 1; der(x) = -x; }\n"
+        f"scene s of M {{ observe x; solver {solver}; step 1 ms; run 1 s; }}"
+    )
+    found = [(d.code, d.span.text) for d in check_source(path)]
+    assert found == ([] if solver in ("auto", "rk4", "cvode") else [("BG071", f"solver {solver}")])
+
+
+def test_the_checked_methods_are_those_of_the_runtime():
+    assert list(method_names()) == [method.name for method in known_methods()]

@@ -323,7 +323,7 @@ def bad_panel(text: str) -> Diagnostic:
     )
 
 
-def unknown_solver(name: str, known: Sequence[str]) -> Diagnostic:
+def unknown_solver(name: str, known: Sequence[str], span: Span | None = None) -> Diagnostic:
     """BG071: an integration method that does not exist
 
     What: the solver's name is not one of the methods.
@@ -338,6 +338,7 @@ def unknown_solver(name: str, known: Sequence[str]) -> Diagnostic:
     return error(
         "BG071",
         f"there is no solver `{name}`",
+        span,
         help=did_you_mean(name, known) or f"choose one of {listed}",
     )
 

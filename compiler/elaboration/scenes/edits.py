@@ -18,6 +18,7 @@ from bgc.elaboration.scenes.observed import declared_value
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
+from bgc.language.elements import ELEMENTS
 from bgc.values.expressions import resolve_path
 from bgc.values.scope import Namespace
 from bgc.values.value import Value
@@ -131,6 +132,7 @@ def check_edits(world: World, scene: Scene, slots: Sequence[str]) -> None:
     for expr, span, kind, path in unused:
         if (kind, path) not in edits.used:
             with world.report.collecting():
+                _refuse_argument(world, scene, expr)
                 target = _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
                 found, way = _mismatch(world, scene, expr, None if kind == "uses" else target)
@@ -152,11 +154,28 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
             path = canonical_path(world, base, scene.env)
             kind = "parts" if isinstance(expr, syntax.Index) else "sets"
             if (kind, path) not in world.edits.used:
+                _refuse_argument(world, scene, expr)
                 target = _check_path(world, scene, expr)
                 what = "a parameter or constant"
                 found, way = _mismatch(world, scene, expr, target)
                 what = "a parameter" if found == _CONSTANT_OF_A_FILE else what
                 raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
+
+
+def _refuse_argument(world: World, scene: Scene, expr: syntax.Expr) -> None:
+    """Refuse a path such as `body.inertia`, which ends at an argument of an element, as BG603."""
+    if not isinstance(expr, syntax.Member):
+        return
+    target = None
+    with suppress(BgError):
+        target = _check_path(world, scene, expr.base)
+    if isinstance(target, ElementView):
+        kind, name = target.element.kind, target.element.path
+        if expr.name in {argument.name for argument in ELEMENTS[kind].arguments}:
+            found = f"an argument of {with_article(kind)}"
+            way = f"declare a `param` or `input`, and use it in `{name}`"
+            what = "a parameter or constant"
+            raise BgError([scenes.edit_without_target(expr.span, path_of(expr), what, found, way)])
 
 
 def _mismatch(
