@@ -70,10 +70,10 @@ def parameter_out_of_range(
 
     Example: `--set boom.mass=-1` for `param mass = 1 t in 0 t .. 100 t`.
 
-    Way out: give a value inside the range, or widen the range in the model. Where the value follows
-    from others, these are named as `origins`, the first of them declared at `span`; the range is
-    declared at `declared`.
+    Way out: give a value inside the range, or widen the range in the model.
     """
+    # A value that follows from others: these are `origins`, the first of them declared at `span`.
+    # The range is declared at `declared`.
     shown = f" {unit}" if unit else ""
     others = listed(origins)
     labels = (Label(declared, "the range is declared here"),) if declared and span else ()

@@ -51,9 +51,9 @@ def unknown_type(
     Why: a file sees its own declarations and those of the files and library modules that it
     imports.
     Example: `boom : Beem(length = 12 m);`
-    Way out: correct the name, or import the file that declares it. `advice` is that for a word of
-    a textbook or of another tool, such as `OneJunction`.
+    Way out: correct the name, or import the file that declares it.
     """
+    # `advice` is that for a word of a textbook or of another tool, such as OneJunction.
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
     edits = respelt(span, name, candidates)
@@ -196,9 +196,8 @@ def unknown_name(
     a part are reached by their path.
     Example: `supply -> lop;`
     Way out: correct the name, declare it, or give its path, for example `boom.mass`.
-
-    `advice` takes the place of a similar name as help, `otherwise` that of no such name.
     """
+    # `advice` is given instead of a similar name, `otherwise` where there is no similar name.
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
     way_out = advice or near or otherwise

@@ -324,9 +324,9 @@ def unknown_function(span: Span, name: str, near: Iterable[str], instead: str = 
 
     Example: `let a = arcsin(0.5);`
 
-    Way out: correct the spelling, or declare it: `function f(x) = x^2;`. `instead` is that for a
-    function of another tool, such as `pow`.
+    Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
     """
+    # `instead` is the answer to a function of another tool, such as pow.
     near = list(near)
     way_out = instead or did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
     edits = (
