@@ -316,11 +316,9 @@ _DEMUX = replace(
 )
 
 
-def _modulated(
-    element: ElementKind, title: str, written: tuple[str, ...], doc: str = ""
-) -> ElementKind:
+def _modulated(element: ElementKind, title: str, written: tuple[str, ...]) -> ElementKind:
     """The same element, whose law or value may depend on time, states and signals."""
-    own = doc or (
+    doc = (
         f"As `{element.name}`, with a law that may depend on time, states, signals and the "
         "variables of other bonds. The dependence carries no power."
     )
@@ -329,7 +327,7 @@ def _modulated(
         name=f"M{element.name}",
         title=title,
         written=written,
-        doc=own,
+        doc=doc,
         related=(element.name,),
     )
 

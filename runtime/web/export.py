@@ -59,7 +59,7 @@ class LivePage:
         return f'<iframe {frame} srcdoc="{content}"></iframe>'
 
 
-def live_page(file: Path, options: Options, height: int = 520) -> LivePage:
+def live_page(file: Path, options: Options) -> LivePage:
     """Compile a scene to its page.
 
     Raises BgError: BG545 and BG547 where the module cannot be compiled, the faults of
@@ -70,7 +70,7 @@ def live_page(file: Path, options: Options, height: int = 520) -> LivePage:
     options = replace(options, shapes=True)
     stages = compile_scene(file, options)
     model = LoadedModel(stages.built, file.absolute().parent, (file, options))
-    return page_of(model, stages, height)
+    return page_of(model, stages)
 
 
 def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:

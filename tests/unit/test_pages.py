@@ -37,7 +37,12 @@ def test_each_part_of_a_page_is_a_paragraph():
 def test_pages_do_not_name_the_parameters_of_their_constructors():
     for code, constructor in constructors().items():
         page = inspect.getdoc(constructor) or ""
-        internal = {*inspect.signature(constructor).parameters} - {*WORDS, "lag", "step", "substeps"}
+        internal = {*inspect.signature(constructor).parameters} - {
+            *WORDS,
+            "lag",
+            "step",
+            "substeps",
+        }
         assert [name for name in internal if f"`{name}`" in page] == [], code
 
 

@@ -19,6 +19,7 @@ _AFTER_AN = re.compile(
     r"(?=\w*[a-z]{2})(?!(?i:uni|use|eu|one))[AEIOUaeiou]|8|1[18]\b|(?!\w*[a-z]{2})[AEFHILMNORSX]"
 )
 _COMPARED = 1_000  # candidates for a name that was misspelt
+_UNDERLINED = 4  # labels shown at each end of a longer list
 
 
 def error(
@@ -80,8 +81,8 @@ def with_article(kind: str) -> str:
     return f"an {kind}" if _AFTER_AN.match(kind) else f"a {kind}"
 
 
-def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:
-    """Merge labels on the same place; keep the first and last if there are more than `most`.
+def underlined(labels: Iterable[Label]) -> list[Label]:
+    """Merge labels on the same place; keep the first and last ones of more than eight.
 
     Parts that share a declaration put several labels on one place; these become one label.
     """
@@ -90,9 +91,9 @@ def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:
         place = (label.span.source.name, label.span.start, label.span.end)
         texts.setdefault(place, []).append(label)
     gathered = [_together(found) for found in texts.values()]
-    if len(gathered) > most:
-        head, tail = gathered[: most - most // 2], gathered[-(most // 2) :]
-        hidden = len(gathered) - most
+    if len(gathered) > 2 * _UNDERLINED:
+        head, tail = gathered[:_UNDERLINED], gathered[-_UNDERLINED:]
+        hidden = len(gathered) - 2 * _UNDERLINED
         head[-1] = Label(head[-1].span, f"{head[-1].text}; {hidden} more follow")
         gathered = head + tail
     return gathered

@@ -67,12 +67,11 @@ def _passing(connection: Connection, variable: str) -> str:
             return f"`{connection.name}` passes on {variable}"
 
 
-def _shortened(way: Sequence[str], most: int = 9) -> list[str]:
-    """Shorten a long path by leaving out its middle."""
-    if len(way) <= most:
+def _shortened(way: Sequence[str]) -> list[str]:
+    """Shorten a path of more than nine names by leaving out its middle."""
+    if len(way) <= 9:
         return list(way)
-    half = most // 2
-    return [*way[:half], f"({len(way) - 2 * half} more)", *way[-half:]]
+    return [*way[:4], f"({len(way) - 8} more)", *way[-4:]]
 
 
 def rigid_chain(

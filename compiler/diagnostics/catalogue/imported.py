@@ -7,9 +7,7 @@ from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
 
-def not_importable(
-    what: str, span: Span | None = None, help: str = "", note: str = ""
-) -> Diagnostic:
+def not_importable(what: str, span: Span | None = None, help: str = "") -> Diagnostic:
     """BG137: a file that `bgc import` cannot read
 
     What: the file is not well-formed, does not have the format that its name indicates, uses a form
@@ -24,10 +22,10 @@ def not_importable(
     Way out: expand macros first (`xacro arm.urdf.xacro > arm.urdf`), and write entities out. Run an
     FMU beside a model: `bgc build FILE.bg --target ssp` writes a system of FMUs.
     """
-    return error("BG137", what, span, note=note, help=help)
+    return error("BG137", what, span, help=help)
 
 
-def wrong_value(span: Span | None, what: str, help: str, note: str = "") -> Diagnostic:
+def wrong_value(span: Span | None, what: str, help: str) -> Diagnostic:
     """BG138: a value in an imported file that is missing or wrong
 
     What: an attribute or value that the model needs is absent, is not a number, or is out of range.
@@ -38,10 +36,10 @@ def wrong_value(span: Span | None, what: str, help: str, note: str = "") -> Diag
 
     Way out: correct the value in the file.
     """
-    return error("BG138", what, span, note=note, help=help)
+    return error("BG138", what, span, help=help)
 
 
-def left_out(span: Span | None, what: str, help: str, note: str = "") -> Diagnostic:
+def left_out(span: Span | None, what: str, help: str) -> Diagnostic:
     """BG139: something in an imported file that is left out or changed
 
     What: a part of the file has no counterpart in the generated model, or could not be found.
@@ -53,7 +51,7 @@ def left_out(span: Span | None, what: str, help: str, note: str = "") -> Diagnos
 
     Way out: as the message says; the generated file can be edited.
     """
-    return warning("BG139", what, span, note=note, help=help)
+    return warning("BG139", what, span, help=help)
 
 
 def wrong_structure(

@@ -158,13 +158,13 @@ class Balances:
             self._multipliers = found
         return self._multipliers
 
-    def balance(self, number: int, sign: int = 1) -> Node:
-        """A sign times what the reactions of inertias and flow sources balance on a class.
+    def balance(self, number: int) -> Node:
+        """The sum on a class that reactions of inertias and flow sources balance.
 
         It is the sum of the signed across variables, power into the elements positive, the
         shares of transformers and junctions included.
         """
-        return self._balance(number, sign, _Share.REST, without=None)
+        return self._balance(number, 1, _Share.REST, without=None)
 
     def merged_balance(self, number: int) -> Node:
         """The rate of a merged momentum: minus the balance, the turning of moduli included."""
