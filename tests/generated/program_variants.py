@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from program_runs import RTOL, Columns, Refused, run_text
 from program_text import Style, Writer, write
-from program_tree import Num, Program, Value
+from program_tree import Apply, Expr, Model, Num, Part, Program, Read, Step, Value
 
 import bgc
 from bgc.diagnostics.source import Source
@@ -65,6 +66,31 @@ def _set_at_run_time(program: Program, place: Path, seed: int) -> Columns:
     return run_text(write(program.with_scene(sets=())), place, parameters=values)
 
 
+def _nested(program: Program, place: Path, seed: int) -> Columns:
+    """The main model as the only part of another one."""
+    inner = Step("machine")
+    outer = Model("Around", (Part(inner.name, program.main.name),))
+
+    def moved(e: Expr) -> Expr:
+        match e:
+            case Read(path=path, component=component):
+                return Read((inner, *path), None if component is None else moved(component))
+            case Apply(op=op, args=args):
+                return Apply(op, tuple(map(moved, args)))
+        return e
+
+    scene = program.scene
+    scene = replace(
+        scene,
+        uses=tuple(replace(use, name=f"{inner.name}.{use.name}") for use in scene.uses),
+        sets=tuple(((inner, *path), value) for path, value in scene.sets),
+        drives=tuple(((inner, *path), moved(value)) for path, value in scene.drives),
+        observed=tuple(replace(o, value=moved(o.value)) for o in scene.observed),
+    )
+    nested = replace(program, models=(*program.models, outer), scene=scene)
+    return run_text(write(nested), place)
+
+
 def slice_and_whole(program: Program, place: Path, seed: int) -> tuple[Columns, Columns]:
     """One observed thing of a program: computed alone, and with the whole program."""
     text = _with_one_observed(program, seed)
@@ -99,4 +125,5 @@ VARIANTS: dict[str, Callable[[Program, Path, int], Columns]] = {
     "sliced": _sliced,
     "constant": _constant,
     "set": _set_at_run_time,
+    "nested": _nested,
 }
