@@ -226,6 +226,11 @@ int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x)
 void bgc_enter_chains(const bgc_model *m, bgc_data *d);
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
 
+/* --- approach.c */
+double bgc_closest_approach(const double t[3], const double inside[3]);
+int bgc_is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z);
+int bgc_is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z);
+
 /* --- clear.c */
 void bgc_check_within(bgc_data *d);
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h);

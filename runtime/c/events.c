@@ -12,13 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
- * them. */
-static const double cubic_weight[2][4] = {
-    {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
-    {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
-};
-static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
 static const double negligible = 1e-3; /* effect of a kink on a step, relative to the tolerances */
 static const double least_part = 0.01; /* of a step, that has to be more than the rounding of times */
 enum { MOST_UNRESOLVED = 8 };
@@ -183,56 +176,6 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, z);
 }
 
-/* The minimum of the parabola through three depths, if it is between the outer two and near the edge:
- * there the switch may leave its mode and return. Else a NaN. */
-static double closest_approach(const double t[3], const double inside[3]) {
-    const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
-    const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
-    const double curvature = (right - left) / (t[2] - t[0]);
-    const double at = 0.5 * (t[0] + t[1] - left / curvature);
-    const double least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
-
-    return curvature > 0.0 && at > t[0] && at < t[2] && least < 0.1 * fmax(inside[0], inside[2])
-               ? at
-               : (double)NAN;
-}
-
-/* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at
- * its start and z[1 + i] at the points: a smooth one is close to a cubic. */
-static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
-    double low = z[0][k], high = low, nearest = bgc_depth_of(m, d, k, low), off = 0.0;
-
-    /* Range, and least distance from the edge. */
-    for (int i = 1; i <= BGC_SAMPLES; i++) {
-        low = fmin(low, z[i][k]);
-        high = fmax(high, z[i][k]);
-        nearest = fmin(nearest, bgc_depth_of(m, d, k, z[i][k]));
-    }
-
-    /* Deviation from the cubic through four of the values. */
-    for (int i = 0; i < 2; i++) {
-        const double *w = cubic_weight[i];
-        const double cubic = w[0] * z[0][k] + w[1] * z[1][k] + w[2] * z[4][k] + w[3] * z[5][k];
-        off = fmax(off, fabs(cubic - z[2 + i][k]));
-    }
-    return off > cubic_tolerance * (high - low) && nearest < high - low &&
-           high - low > d->core.rtol * d->extent[k];
-}
-
-/* Whether an argument changes in this step by more than the tolerances of the states change it: a
- * smaller change is noise, which no shorter step resolves. */
-static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z) {
-    double low = z[0][k], high = low;
-
-    for (int i = 1; i <= BGC_SAMPLES; i++) {
-        low = fmin(low, z[i][k]);
-        high = fmax(high, z[i][k]);
-    }
-    bgc_perturb_by_tolerances(m, d, d->next, d->point);
-    m->switches(d->h, d->core.t_end, d->point, d->u, d->after, d->work);
-    return !(high - low <= bgc_noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
-}
-
 /* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. Where
  * all depend on time alone, those at its end are known. */
 static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, double t) {
@@ -312,22 +255,22 @@ static double effect_of_kinks(const bgc_model *m, bgc_data *d, double t) {
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
-/* Where kinks have left their modes at time `at`, with arguments d->after, ignores them in this step if f
+/* Where kinks have left their modes at time `at`, with arguments `left`, ignores them in this step if f
  * on their new pieces differs too little to matter until its end: the rounding of a body at rest is no
  * reason to end a step. They are released, so that the arguments z of other switches at the samples from
  * i on, at times t, are right on the new pieces too. */
-static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i, const double *t,
-                              const double *const *z) {
+static void ignore_negligible(const bgc_model *m, bgc_data *d, const double *left, double at, int i,
+                              const double *t, const double *const *z) {
     double deepest = 0.0, farthest = at, effect;
     int matter;
 
-    if (!only_kinks_left(m, d, d->after)) {
+    if (!only_kinks_left(m, d, left)) {
         return;
     }
 
     /* They are compared there, and where one of them is farthest outside. */
     for (int k = 0; k < m->n_switch; k++) {
-        if (bgc_has_left(m, d, k, d->after[k])) {
+        if (bgc_has_left(m, d, k, left[k])) {
             for (int j = i; j <= BGC_SAMPLES; j++) {
                 const double depth = bgc_depth_of(m, d, k, z[j][k]);
                 farthest = depth < deepest ? t[j] : farthest;
@@ -358,32 +301,58 @@ static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i,
     }
 }
 
-/* Searches between samples i - 2 and i for a switch that leaves its mode and returns. If there is one,
- * returns 1, sets *found to the time of its event, and d->after to the arguments there. */
+/* Whether switch k leaves its mode and returns between three times, by the arguments there, and this before
+ * *found. If so, sets *found to the time of the event, which is after times[0], and d->after to the arguments
+ * there. Sample i is the first behind the three. */
+static int finds_return(const bgc_model *m, bgc_data *d, int k, const double times[3],
+                        const double *const arguments[3], int i, const double *t,
+                        const double *const *z, double *found) {
+    double inside[3], at;
+    int low;
+
+    for (int j = 0; j < 3; j++) {
+        inside[j] = bgc_depth_of(m, d, k, arguments[j][k]);
+    }
+    at = bgc_closest_approach(times, inside);
+    if (d->ignored[k] != 0.0 || !(at < *found)) {
+        return 0;
+    }
+    evaluate(m, d, ALONG_STEP, at, d->probe);
+    if (bgc_has_left(m, d, k, d->probe[k])) {
+        ignore_negligible(m, d, d->probe, at, i, t, z);
+    }
+    if (!bgc_has_left(m, d, k, d->probe[k])) {
+        return 0;
+    }
+    low = at < times[1] ? 0 : 1;
+    memcpy(d->after, d->probe, (size_t)m->n_switch * sizeof *d->after);
+    *found = locate_first(m, d, ALONG_STEP, times[low], at, arguments[low], d->after);
+    return 1;
+}
+
+/* Searches between samples i - 2 and i for switches that leave their modes and return. If there is one,
+ * returns 1, sets *found to the time of the first event, and d->after to the arguments there. */
 static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
                         const double *const *z, double *found) {
+    const double *const arguments[3] = {z[i - 2], z[i - 1], z[i]};
+    int event = 0;
+
     for (int k = 0; k < m->n_switch; k++) {
-        double inside[3], at;
-        if (d->ignored[k] != 0.0) {
-            continue;
-        }
-        for (int j = 0; j < 3; j++) {
-            inside[j] = bgc_depth_of(m, d, k, z[i - 2 + j][k]);
-        }
-        at = closest_approach(t + i - 2, inside);
-        if (isfinite(at)) {
-            evaluate(m, d, ALONG_STEP, at, d->after);
-            if (bgc_has_left(m, d, k, d->after[k])) {
-                ignore_negligible(m, d, at, i, t, z);
-            }
-            if (bgc_has_left(m, d, k, d->after[k])) {
-                const int low = at < t[i - 1] ? i - 2 : i - 1;
-                *found = locate_first(m, d, ALONG_STEP, t[low], at, z[low], d->after);
-                return 1;
-            }
-        }
+        event |= finds_return(m, d, k, t + i - 2, arguments, i, t, z, found);
     }
-    return 0;
+    return event;
+}
+
+/* The step ends at *found, between samples i - 1 and i: searches for switches that leave their modes and
+ * return before. */
+static void find_before(const bgc_model *m, bgc_data *d, int i, const double *t,
+                        const double *const *z, double *found) {
+    const double *const arguments[3] = {z[i - 1], d->after, z[i]};
+
+    for (int k = 0; k < m->n_switch && *found < t[i]; k++) {
+        const double times[3] = {t[i - 1], *found, t[i]};
+        finds_return(m, d, k, times, arguments, i, t, z, found);
+    }
 }
 
 /* BGC_NOT_FINITE where an argument becomes undefined at d->next and no other switch guards it: then f
@@ -457,7 +426,8 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     may_shorten = may_shorten && d->core.unresolved < MOST_UNRESOLVED &&
                   !bgc_is_too_short(start, least_part * (end - start));
     for (int k = 0; k < m->n_switch && may_shorten; k++) {
-        if (d->ignored[k] == 0.0 && is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
+        if (d->ignored[k] == 0.0 && bgc_is_unresolved(m, d, k, z) &&
+            bgc_is_beyond_tolerances(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;
         }
@@ -468,12 +438,15 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         d->core.event = i > 1 && find_between(m, d, i, t, z, found);
         if (!d->core.event && any_left(m, d, z[i])) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
-            ignore_negligible(m, d, t[i], i, t, z);
+            ignore_negligible(m, d, d->after, t[i], i, t, z);
         }
         if (!d->core.event && any_left(m, d, z[i])) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
             d->core.event = 1;
+        }
+        if (d->core.event) {
+            find_before(m, d, *found > t[i - 1] ? i : i - 1, t, z, found);
         }
     }
     if (d->core.event) {

@@ -147,3 +147,11 @@ def test_algebraic_equations_hold_after_a_jump(load, solver, options):
 def test_jumps_that_cause_each_other_end_with_a_status(load):
     with pytest.raises(SimulationError, match="BG770"):
         load("jumps", "endless").simulate()
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5", "radau5"])
+@pytest.mark.parametrize("level", [0.9, 0.999, 0.9999])
+def test_a_jump_counts_that_is_over_before_another_event_of_its_step(load, solver, level):
+    """The law leaves its piece at the same edge; its return ended the step behind the jump."""
+    count = load("jumps", "peaks").simulate(solver=solver, parameters={"level": level})["count"]
+    assert count[-1] == 7  # at 5 x = pi/2 + 2 pi k

@@ -1,0 +1,62 @@
+/* approach.c: what the samples of a step show of the arguments of switches between them. */
+#include "switches.h"
+
+#include <math.h>
+
+/* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
+ * them. */
+static const double cubic_weight[2][4] = {
+    {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
+    {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
+};
+static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
+
+/* The minimum of the parabola through three depths, if it is between the outer two and near the edge:
+ * there the switch may leave its mode and return. Else a NaN. */
+double bgc_closest_approach(const double t[3], const double inside[3]) {
+    const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
+    const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
+    const double curvature = (right - left) / (t[2] - t[0]);
+    const double at = 0.5 * (t[0] + t[1] - left / curvature);
+    const double least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
+
+    return curvature > 0.0 && at > t[0] && at < t[2] && least < 0.1 * fmax(inside[0], inside[2])
+               ? at
+               : (double)NAN;
+}
+
+/* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at
+ * its start and z[1 + i] at the points: a smooth one is close to a cubic. */
+int bgc_is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
+    double low = z[0][k], high = low, nearest = bgc_depth_of(m, d, k, low), off = 0.0;
+
+    /* Range, and least distance from the edge. */
+    for (int i = 1; i <= BGC_SAMPLES; i++) {
+        low = fmin(low, z[i][k]);
+        high = fmax(high, z[i][k]);
+        nearest = fmin(nearest, bgc_depth_of(m, d, k, z[i][k]));
+    }
+
+    /* Deviation from the cubic through four of the values. */
+    for (int i = 0; i < 2; i++) {
+        const double *w = cubic_weight[i];
+        const double cubic = w[0] * z[0][k] + w[1] * z[1][k] + w[2] * z[4][k] + w[3] * z[5][k];
+        off = fmax(off, fabs(cubic - z[2 + i][k]));
+    }
+    return off > cubic_tolerance * (high - low) && nearest < high - low &&
+           high - low > d->core.rtol * d->extent[k];
+}
+
+/* Whether an argument changes in this step by more than the tolerances of the states change it: a
+ * smaller change is noise, which no shorter step resolves. */
+int bgc_is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z) {
+    double low = z[0][k], high = low;
+
+    for (int i = 1; i <= BGC_SAMPLES; i++) {
+        low = fmin(low, z[i][k]);
+        high = fmax(high, z[i][k]);
+    }
+    bgc_perturb_by_tolerances(m, d, d->next, d->point);
+    m->switches(d->h, d->core.t_end, d->point, d->u, d->after, d->work);
+    return !(high - low <= bgc_noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
+}
