@@ -107,12 +107,10 @@ static void find_edge_rates(const bgc_model *m, bgc_data *d) {
     d->core.f_valid = d->core.jac_valid = 0;
 }
 
-/* Whether the argument of edge e moves away from the range of `mode`, or into it (-1), or stays. */
-static int direction_from(const bgc_data *d, int e, double mode) {
-    const double rate = d->edge_rate[e];
-    const int out = mode != 0.0 ? -1 : 1; /* of the mode 0 of a comparison: upwards */
-
-    return rate > 0.0 ? out : rate < 0.0 ? -out : 0;
+/* Whether the argument of edge e moves into the range of `mode`; that of the mode 0 of a comparison is below
+ * its edge. */
+static int moves_into(const bgc_data *d, int e, double mode) {
+    return mode != 0.0 ? d->edge_rate[e] > 0.0 : d->edge_rate[e] < 0.0;
 }
 
 static int is_comparison(const bgc_model *m, int k) {
@@ -173,7 +171,7 @@ bgc_status bgc_meet_edges(const bgc_model *m, bgc_data *d) {
     for (int e = 0; e < m->n_edge; e++) {
         const int k = m->edge_switch[e];
         if (is_comparison(m, k) && bgc_is_outside(m, d, k, d->argument[k])) {
-            const int back = direction_from(d, e, d->mode[k]) < 0;
+            const int back = moves_into(d, e, d->mode[k]);
             d->turned[k] = back ? allowance_of(m, d, k, d->argument[k]) : 0.0;
         }
     }
@@ -190,7 +188,7 @@ static int turn_back(const bgc_model *m, bgc_data *d, const double *before) {
     for (int e = 0; e < m->n_edge; e++) {
         const int k = m->edge_switch[e];
         if (is_comparison(m, k) && d->moved[e] != 0.0 && !isnan(before[k]) &&
-            d->mode[k] != before[k] && direction_from(d, e, before[k]) < 0) {
+            d->mode[k] != before[k] && moves_into(d, e, before[k])) {
             d->mode[k] = before[k];
             d->turned[k] = allowance_of(m, d, k, d->argument[k]);
             turned = 1;

@@ -155,3 +155,11 @@ def test_a_jump_counts_that_is_over_before_another_event_of_its_step(load, solve
     """The law leaves its piece at the same edge; its return ended the step behind the jump."""
     count = load("jumps", "peaks").simulate(solver=solver, parameters={"level": level})["count"]
     assert count[-1] == 7  # at 5 x = pi/2 + 2 pi k
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5", "radau5"])
+@pytest.mark.parametrize("rate", [5, 100])
+def test_jumps_of_an_argument_that_turns_many_times_in_a_step_count(load, solver, rate):
+    """No law resolves the swing: the steps are shortened until samples do."""
+    count = load("jumps", "counted").simulate(solver=solver, parameters={"rate": rate})["count"]
+    assert count[-1] == pytest.approx((9 * rate - np.pi / 2) // (2 * np.pi) + 1, abs=1e-9)
