@@ -127,6 +127,9 @@ def test_it_is_a_crane_like_the_others(load):
     """The drives carry its weight, and the handle moves the tip."""
     held = load("knuckle_boom", "held").simulate()
     assert np.ptp(held["angles"], axis=0).max() < 1e-12
+    start = [held["reach0"][0], 0, held["rise0"][0]]
+    np.testing.assert_allclose(held["reach"][0], start, atol=1e-12)
+    assert held["tilt0"][0] == pytest.approx(held["angles"][0, 1:].sum(), abs=1e-12)
     steered = load("knuckle_boom", "session").simulate()
     assert steered["reach"][-1, 2] - steered["reach"][0, 2] > 0.3
     assert np.abs(steered["energy.residual"]).max() < 1e-2
