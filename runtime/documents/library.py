@@ -64,6 +64,7 @@ class _Module:
     summary: str
     doc: str
     file: str
+    picture: str
     functions: tuple[_Named, ...]
     scenes: tuple[_Named, ...]
     parts: tuple[_Part, ...]
@@ -173,10 +174,17 @@ def _module(name: str) -> _Module:
         first_sentence(doc),
         _prose(doc),
         f"{name.replace('.', '/')}.bg",
+        _drawn(name),
         tuple(values) if _holds_parts(name) else (),
         tuple(scenes),
         tuple(_part(d, root, name) for d in shown) if _holds_parts(name) else (),
     )
+
+
+def _drawn(module: str) -> str:
+    """The picture beside the file of a scene, empty where there is none."""
+    picture = module_path(module).with_suffix(".jpg")
+    return f"{module.replace('.', '/')}.jpg" if picture.is_file() else ""
 
 
 def _scene_heading(scene: syntax.Scene) -> str:

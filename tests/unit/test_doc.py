@@ -496,3 +496,13 @@ def test_an_example_is_not_what_parts_of_its_names_are():
     """The library has an interface `Drive` and an example a model of that name."""
     assert fitting("examples.backlash.Drive") == ()
     assert "RateDrive" in fitting("mechanics.actuators.Drive")
+
+
+def test_every_scene_has_a_picture_and_a_text():
+    page = (module_path("crane.beam").parents[1] / "README.md").read_text("utf-8")
+    for file in (module_path("crane.beam").parents[1] / "scenes").glob("*.bg"):
+        assert file.with_suffix(".jpg").read_bytes()[:3] == b"\xff\xd8\xff", (
+            "python .site/scenes.py"
+        )
+        assert f"](scenes/{file.stem}.jpg)" in page
+        assert file.read_text("utf-8").startswith("/// ")

@@ -27,7 +27,7 @@ def setuptools_table() -> dict:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
 
 
-COVERED = {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".j2", ".svg", ".png"}
+COVERED = {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".j2", ".svg", ".png", ".jpg"}
 
 
 def packages_in_tree() -> set[str]:
