@@ -49,7 +49,8 @@ def with_divisor_checks(program: Program) -> Program:
                 continue
             message = _message(text or _some_of(program, [node]), owner, finite=finite)
             added[node] = PositiveParameter(node, message, strictly_positive=False, finite=finite)
-    checks = [*added.values(), *_together(program, unnamed), *_whole_numbers(program)]
+    # What is drawn first: a seed of 1.5 makes all that is computed from it undefined.
+    checks = [*_whole_numbers(program), *added.values(), *_together(program, unnamed)]
     return replace(program, positive=(*program.positive, *checks)) if checks else program
 
 

@@ -111,3 +111,13 @@ def test_a_seed_that_is_not_whole_is_refused_by_name(tmp_path) -> None:
             model.simulate(parameters={name: 1.25})
         message = caught.value.diagnostics[0].message
         assert message == f"`{operand}` must be a whole number: it is the {what} of `random`"
+
+
+def test_a_seed_is_named_before_what_is_divided_by_its_numbers(tmp_path) -> None:
+    path = tmp_path / "a.bg"
+    path.write_text(
+        "model M { param seed = 3; state x = 1; der(x) = -x/(1 + random(seed, 1)); }"
+        "scene s of M { observe x; run 2 s; }"
+    )
+    with pytest.raises(bgc.BgError, match="`seed` must be a whole number"):
+        bgc.compile(path).simulate(parameters={"seed": 1.5})
