@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import bgc
+from bgc.runtime.realtime.options import RealtimeOptions
 
 SCENES = Path(str(resources.files("bgc.library"))) / "scenes" / "two_beam_crane.bg"
 LOAD_IN_HAND = 2000 * 9.81 / 1800
@@ -54,6 +55,32 @@ def test_another_crane_in_the_same_hand():
     result = bgc.compile(SCENES, scene="telescopic").simulate()
     assert follows_up_down_up(result)
     np.testing.assert_allclose(result["force_z"][-50:], -LOAD_IN_HAND, rtol=0.02)
+
+
+def test_the_same_device_moves_several_cranes_in_one_loop(experiment, tmp_path):
+    """Crane after crane takes the hand: the force falls to zero, and rises with the next load.
+
+    It is the script of the manual, in shorter times and with a simulated hand.
+    """
+    cranes = [experiment, bgc.compile(SCENES, scene="telescopic"), experiment]
+    options = RealtimeOptions(priority=False, watchdog=0.0, burst=0.0, policy="hold", ramp=0.05)
+    hand = {"hand": "spring_hand(stiffness=5000, amplitude=0)"}
+    record = tmp_path / "motion.csv"
+    with cranes[0].realtime(devices=hand, options=options, record=record) as loop:
+        for place, crane in enumerate(cranes):
+            if place > 0:
+                loop.exchange(crane)
+                assert loop.forces()[0, 2] > -0.1 * LOAD_IN_HAND
+            while loop.step().is_running and (len(loop.time) == 0 or loop.time[-1] < 0.3):
+                pass
+            assert loop.forces()[-1, 2] == pytest.approx(-LOAD_IN_HAND, rel=0.02)
+    assert loop.report.exchanges == 2
+    assert abs(loop.forces()[-1, 2]) < 1e-9
+    again = experiment.simulate(
+        loop.time[-1], every=1e-3, devices={"hand": f"{tmp_path}/motion_3.csv"}
+    )
+    rows = np.column_stack([again[name] for name in loop.columns])
+    assert rows.tobytes() == np.ascontiguousarray(loop.rows).tobytes()
 
 
 def test_force_in_proportion_to_elevation():
