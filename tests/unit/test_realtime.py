@@ -765,6 +765,27 @@ def test_a_command_that_is_killed_while_it_exchanges_its_model(
     assert played["x"][-1] == 0.02
 
 
+def test_a_command_that_was_stopped_returns_with_zero_force(folder: Path) -> None:
+    """Nothing is written while it is stopped; the first force after it is zero, and no other."""
+    far = FarDevice()
+    device = ["--device", f"hand=udp(port={far.port}, wait=60)", "--ramp", "10 ms"]
+    given = ["--watchdog", "0.6 s", "--stale", "0 s", "--burst", "0", "--quiet"]
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    command = [*BGC, "haptic", str(folder / "held.bg"), *device, *given]
+    with started(command, **options) as process, far:
+        far.until(process, lambda force: force == 1.0)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(0.1)  # what is under way arrives
+        at = len(far.forces)
+        time.sleep(0.7)
+        assert len(far.forces) == at
+        process.send_signal(signal.SIGCONT)
+        assert process.wait(60) == 1
+        assert process.stderr and b"BG765" in process.stderr.read()
+        time.sleep(0.02)
+    assert far.forces[at:] and not any(far.forces[at:])
+
+
 def test_the_commands_in_real_time(folder: Path) -> None:
     scene, device = str(folder / "held.bg"), f"hand={folder}/faulty.so(fault=unplugged,from=0.05)"
     command = ["haptic", scene, "--time", "2 s", "--watchdog", "0 s", "--device", device]
