@@ -115,7 +115,7 @@ def browser():
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 def test_a_file_runs_its_model_without_a_network(browser, live, model):
-    view = View(browser, f"{live.as_uri()}?quality=low", offline=True)
+    view = View(browser, f"{live.as_uri()}?quality=low", offline=True, has_touch=True)
     view.until("bgcView.store?.count === 1 && bgcView.player.ready")
     # A run in the page is that of the shared object, but for the last bits of sums and functions.
     times = [0.05 * k for k in range(101)]
@@ -147,7 +147,17 @@ def test_a_file_runs_its_model_without_a_network(browser, live, model):
     mouse.move(x + 2, y - 60, steps=3)
     view.until("bgcView.row[0] > 0.4 && bgcView.player.held[0] === 'grip'")
     mouse.up()
-    # A gamepad takes it from the mouse, and the recorded motion has it again.
+    # A finger at the grip does the same, and scrolls nothing.
+    view.until("bgcView.row[0] < 0.35 && bgcView.devices.grips[0].seen[2] === 0")
+    fingers = view.context.new_cdp_session(view.page)
+    x, y = view.ask(GRIP)
+    for kind, dy in (("touchStart", 0), ("touchMove", 30), ("touchMove", 60), ("touchEnd", None)):
+        points = [] if dy is None else [{"x": x + 2, "y": y - dy}]
+        if dy is None:
+            view.until("bgcView.row[0] > 0.4 && bgcView.devices.hands[0].by === 'pointer'")
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    view.until("bgcView.devices.hands[0].by === null")
+    # A gamepad takes it from the pointer, and the recorded motion has it again.
     view.page.evaluate(STICK, 0.9)
     view.until("bgcView.row[0] < 0.2 && bgcView.devices.hands[0].by === 'gamepad'")
     view.page.evaluate("navigator.getGamepads = () => []")
