@@ -30,7 +30,7 @@ class Pointers:
         """The place of a pointer; of the only one without a name. Raises BgError BG777."""
         wanted = [k for k in self._fed if device in (None, self._names[k])]
         if len(wanted) != 1:
-            raise BgError([no_pointer([self._names[k] for k in self._fed])])
+            raise BgError([no_pointer(device, [self._names[k] for k in self._fed])])
         return wanted[0]
 
     def feed(self, index: int, words: Array) -> None:

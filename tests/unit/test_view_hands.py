@@ -159,6 +159,7 @@ def test_every_channel_that_a_model_may_read_has_its_name():
     [
         '"position": [0, 0]', '"position": [0, 0, 1e9]', '"position": [0, 0, NaN]', '"position": 1',
         '"position": [0, 0, true]', '"position": [0, 0, 0], "orientation": [0, 0, 0, 0]',
+        '"position": [0, 0, 0], "orientation": [1e-320, 0, 0, 0]',
         '"position": [0, 0, 0], "buttons": [1, 1, 1, 1, 1, 1, 1, 1, 1]', '"buttons": [1]',
         '"position": [0, 0, 0], "gripper": "wide"', '"position": [0, 0, 0], "device": 1',
     ],

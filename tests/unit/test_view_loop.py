@@ -100,6 +100,10 @@ def test_a_page_shows_a_loop_and_gives_the_pose_of_its_pointer(page):
     page.command("hand", device="stick", position=[0, 0, 0])
     (fault,) = page.of("fault")
     assert fault["messages"][0]["code"] == "BG777" and not fault["stopped"]
+    assert (
+        fault["messages"][0]["text"]
+        == "`stick` cannot take this pose: it is no pointer, as hand is"
+    )
     state = page.until(lambda: [s for s in page.of("state") if s["playing"]])[-1]
     assert state["loop"]["words"].startswith("real time")
     assert any("deadlines missed" in line for line in state["loop"]["lines"])

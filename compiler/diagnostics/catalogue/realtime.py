@@ -221,10 +221,11 @@ def unknown_policy(span: Span, given: str) -> Diagnostic:
     )
 
 
-def no_pointer(have: Sequence[str]) -> Diagnostic:
+def no_pointer(device: str | None, have: Sequence[str]) -> Diagnostic:
     """BG777: no device takes a pose from Python
 
-    What: a pose was given to a loop in which no device, or more than one, has the driver `pointer`.
+    What: a pose was given to a loop in which no device, or more than one, has the driver `pointer`,
+    or to a device that has another driver.
 
     Why: other drivers have poses of their own.
 
@@ -233,10 +234,15 @@ def no_pointer(have: Sequence[str]) -> Diagnostic:
     Way out: open the device with that driver, `model.realtime(devices={"hand": "pointer"})`, and
     name the device if there are several.
     """
-    there = f"there are several: {', '.join(have)}" if have else "none has the driver `pointer`"
+    if not have:
+        text = "no device can take this pose: none has the driver `pointer`"
+    elif device is None:
+        text = f"no one device can take this pose: there are several: {', '.join(have)}"
+    else:
+        text = f"`{device}` cannot take this pose: it is no pointer, as {', '.join(have)} is"
     return error(
         "BG777",
-        f"no one device can take this pose: {there}",
+        text,
         help='`model.realtime(devices={"hand": "pointer"})`; '
         '`pointer(.., device="hand")` where there are several',
     )
