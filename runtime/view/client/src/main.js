@@ -129,7 +129,8 @@ class Page extends Playback {
   }
 
   fault({ messages, stopped, time }) {
-    const at = stopped ? ` (${this.timeText(time)})` : "";
+    const isTold = messages.some((m) => /\bt = /.test(m.text)); // when it was
+    const at = stopped && !isTold ? ` (${this.timeText(time)})` : "";
     this.banner(messages.map((m, k) => (k ? m : { ...m, text: m.text + at })), stopped ? "bad" : "warn");
   }
 
