@@ -88,6 +88,9 @@ class LoopFollower:
 
     def take(self, records: Array) -> None:
         """Publish the last of new records, and now and then the state of the loop."""
+        self._guard(lambda: self._take(records))
+
+    def _take(self, records: Array) -> None:
         loop = self._loop
         assert loop is not None
         if loop.course is not self._course:

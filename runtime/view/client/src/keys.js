@@ -2,18 +2,21 @@
 
 import { el } from "./dom.js";
 
+// Keys, what they do, and what the page needs for them.
 const KEYS = [
-  ["Space", "Start, pause"], [".", "One step"], ["R", "Reset"], ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"],
-  ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["Tab  ←  ↑  →  ↓  −  +", "With the scene in focus: turn the view, farther, nearer"], ["P", "Save a picture"], ["V", "Record a video, and save it"],
-  ["G", "Scene or bond graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
+  ["Space", "Start, pause", "clock"], [".", "One step", "clock"], ["R", "Reset"],
+  ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"], ["−  +", "Slower, faster", "clock"],
+  ["1  2  3  4", "Overview, front, side, above", "scene"], ["F", "Follow the marked part", "scene"],
+  ["Tab  ←  ↑  →  ↓  −  +", "With the scene in focus: turn the view, farther, nearer", "scene"],
+  ["P", "Save a picture", "scene"], ["V", "Record a video, and save it", "scene"],
+  ["G", "Scene or bond graph", "graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
 ];
 
-const CLOCKED = ["Space", ".", "−  +", "G"]; // mean nothing to a loop in real time
-
-export function helpOf({ realtime }) {
+// The dialog with the keys of a page that `has` a `scene`, a `graph`, and a `clock` of its own, or lacks them.
+export function helpOf(has) {
   const row = ([keys, what]) =>
     el("tr", {}, el("td", {}, ...keys.split("  ").flatMap((key) => [el("kbd", {}, key), " "])), el("td", {}, what));
-  const dialog = el("dialog", { "aria-labelledby": "keys", onclick: () => dialog.close() }, el("h2", { id: "keys" }, "Keys"), el("table", {}, ...KEYS.filter(([keys]) => !realtime || !CLOCKED.includes(keys)).map(row)));
+  const dialog = el("dialog", { "aria-labelledby": "keys", onclick: () => dialog.close() }, el("h2", { id: "keys" }, "Keys"), el("table", {}, ...KEYS.filter(([, , needs]) => !needs || has[needs]).map(row)));
   return dialog;
 }
 

@@ -208,7 +208,7 @@ class Page extends Playback {
     if (tabs.length > 1 || description.modes) this.side.prepend((this.tabs = new Tabs(tabs)).root);
     this.side.hidden = plain && !description.parameters.length && !hasGraph;
     document.body.classList.toggle("hidden-side", this.side.hidden);
-    this.help = helpOf(description);
+    this.help = helpOf({ scene: !plain, graph: hasGraph, clock: !description.realtime });
     document.body.append(el("div", { id: "app" }, head, this.main, this.side, this.transport()), this.help);
     this.plots = new Plots(plots, description, this.store, (time) => this.seek(time));
     if (description.realtime) parametersTab.append(el("p", { class: "note" }, "In real time a value holds from the next reset (R): the force falls to zero, the model starts again, and the force rises."));
