@@ -1,6 +1,6 @@
 /* web.c: a model in a page: the functions that a WebAssembly module of it exports.
  *
- * The host (client/src/engine.js) writes texts and numbers to memory that it has taken with `allocate`.
+ * The host (client/src/run.js) writes texts and numbers to memory that it has taken with `allocate`.
  * There is one instance. A run begins with begin(), then open() for each device, then start(); a slider is
  * change(), and take_back() where the run cannot go on with the value. Rows come from run().
  *

@@ -2,7 +2,8 @@
 // starts no worker for a file.
 
 import workerText from "engine:worker";
-import { Run, serve } from "./engine.js";
+import { serve } from "./engine.js";
+import { Run } from "./run.js";
 import { Source } from "./source.js";
 import { compileModule } from "./wasm.js";
 
