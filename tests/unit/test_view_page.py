@@ -291,6 +291,7 @@ model Arm {
   signal weight[3] : N = [0, 0, -20*(tip[3] - 2 m)*(1 N/m)];
   shape sphere(0.3 m) at tip;
   shape sphere(3 m) at [0, 9 m, 0];
+  shape mesh("bad.glb") at [0, 9 m, 0];
   shape handle(x, force = weight, aim = x) at tip;
 }
 scene arm of Arm {
@@ -321,12 +322,20 @@ def test_modes_are_listed_and_swing_the_shapes(browser, folder):
     view.close(("file://",))
 
 
-def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
+@pytest.fixture
+def arm(folder):
     (folder / "arm.bg").write_text(HAND, "utf-8")
+    (folder / "bad.glb").write_text("damaged")
     (folder / "still.csv").write_text("time,x,y,z\n0,0,0,0\n1,0,0,0\n")
-    served = Served(folder / "arm.bg")
+    return folder / "arm.bg"
+
+
+def test_a_hand_is_dragged_and_its_force_is_seen(browser, arm):
+    served = Served(arm)
     try:
         view = View(browser, f"{served.url}&quality=low")
+        view.until("bgcView.bannerBox.innerText.includes('The mesh bad.glb is not drawn')")
+        view.page.get_by_label("Close").click()
         mouse = view.page.mouse
         view.until("bgcView.devices.grips.length === 1 && bgcView.devices.grips[0].px > 0")
         place = """(() => { const [g] = bgcView.devices.grips;
@@ -393,12 +402,10 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         served.end()
 
 
-def test_a_loop_in_real_time_is_seen_and_steered(browser, folder):
+def test_a_loop_in_real_time_is_seen_and_steered(browser, arm):
     """Pages come and go beside the loop, which waits for none of them."""
-    (folder / "arm.bg").write_text(HAND, "utf-8")
-    (folder / "still.csv").write_text("time,x,y,z\n0,0,0,0\n1,0,0,0\n")
     given = ["--view", "--device", "hand=pointer", "--quiet", "--watchdog", "0 s"]
-    served = Served(folder / "arm.bg", *given, command="haptic")
+    served = Served(arm, *given, command="haptic")
     origins = (served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws"))
     try:
         one, other = (View(browser, f"{served.url}&quality=low") for _ in "ab")
@@ -430,6 +437,8 @@ def test_a_loop_in_real_time_is_seen_and_steered(browser, folder):
 
 def check_tilting(view, origins):
     """A tablet is held at 35 degrees and tilted by 16: half of the reach, behind 2."""
+    view.until("!bgcView.bannerBox.hidden")
+    view.page.get_by_label("Close").click()
     key = view.page.get_by_label("Tilt the screen to move it")
     for answer, told in (("denied", "not allowed"), ("granted", "no sensor")):
         view.ask(f"DeviceOrientationEvent.requestPermission = async () => '{answer}'; 0")

@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { el } from "./dom.js";
 import { number } from "./numbers.js";
-import { reader } from "./parts.js";
+import { reader } from "./objects.js";
 
 const LEVER = 96; // from the place to the grip at the end of its reach
 const ARROW = 92; // the largest force so far

@@ -3,7 +3,7 @@
 
 import { button, el } from "./dom.js";
 import { fixed } from "./numbers.js";
-import { reader } from "./parts.js";
+import { reader } from "./objects.js";
 import { Tilt } from "./tilt.js";
 
 const SIZE = 104;

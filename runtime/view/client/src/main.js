@@ -283,7 +283,7 @@ class Page extends Playback {
     const { description } = this;
     try {
       const quality = new URLSearchParams(location.search).get("quality");
-      this.stage = new Stage(this.main, description, (k) => this.meshAddress(k), quality);
+      this.stage = new Stage(this.main, description, (k) => this.meshAddress(k), quality, (file, why) => this.lostMesh(file, why));
     } catch (problem) {
       this.main.append(el("p", { class: "none" }, `This browser cannot draw in 3D (${problem.message}). Plots and controls work.`));
       return;
@@ -312,6 +312,12 @@ class Page extends Playback {
   // The address of a file of a mesh: in this page, or on the server.
   meshAddress(k) {
     return this.meshes?.[k] ?? `mesh/${k}${location.search}`;
+  }
+
+  // Says that a mesh is not drawn.
+  lostMesh(file, why) {
+    (this.lostMeshes ??= []).push({ code: "", text: `The mesh ${file} is not drawn: ${why}.`, help: "" });
+    this.banner(this.lostMeshes, "warn");
   }
 
   // Goes on from the present where the run stands still.

@@ -3,7 +3,8 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
-import { part, reader } from "./parts.js";
+import { reader } from "./objects.js";
+import { part } from "./parts.js";
 import { Sea } from "./sea.js";
 
 const SUN = new THREE.Vector3(0.48, -0.62, 0.62).normalize();
@@ -75,9 +76,10 @@ function setApart(surfaces, k) {
 
 export class Stage {
   // `quality` is "low" for machines without a graphics card, "high" for pictures, else null: then the
-  // drawing becomes coarser where it is slow.
-  constructor(holder, description, meshes, quality) {
+  // drawing becomes coarser where it is slow. `lost(file, why)` is called for a mesh that is not drawn.
+  constructor(holder, description, meshes, quality, lost) {
     this.holder = holder;
+    this.lost = lost;
     this.fine = quality === "high";
     const low = quality === "low";
     this.unit = 1; // a length that suits the scene: the radius of its bounds
