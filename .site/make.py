@@ -19,6 +19,7 @@ from pathlib import Path
 
 from check_links import broken_links
 from figures import benchmarks, paper
+from notebook import notebook_page
 from pages import Links, Page, anchors_of, one_page, pages_by_heading, written
 from python_api import python_pages
 
@@ -109,7 +110,8 @@ def _tutorials() -> list[Page]:
         text = _read(source)
         title = text.partition("\n")[0].removeprefix("# ")
         pages += one_page(f"tutorials/{name}.md", title, source, text)
-    return pages
+    source = "library/examples/series_circuit.ipynb"
+    return [*pages, notebook_page("tutorials/notebook.md", source, ROOT / source)]
 
 
 def _manual() -> list[Page]:

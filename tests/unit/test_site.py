@@ -71,6 +71,9 @@ def test_every_page_of_the_repository_is_written(tmp_path):
     assert all((tmp_path / page.path).read_text("utf-8").startswith("#") for page in every)
     settings = configuration(parts)
     assert all(f'"{page.path}"' in settings for page in every)
+    notebook = (tmp_path / "tutorials/notebook.md").read_text("utf-8")
+    assert "<div><svg" in notebook and "data:image/png" in notebook
+    assert "```text\n1591.549430918" in notebook  # 1/(2 pi sqrt(L C))
 
 
 def test_broken_links_are_found(tmp_path):
