@@ -51,6 +51,18 @@ def decimal_comma(context: ErrorContext, found: Token) -> Explanation | None:
     )
 
 
+def colon_slice(context: ErrorContext, found: Token) -> Explanation | None:
+    """Explain a slice of MATLAB or Python: `x[1:2]`, `A[1, :]`."""
+    previous = context.previous
+    if found.type != "COLON" or previous is None or not context.open:
+        return None
+    if context.open[-1].type != "LSQB" or previous.type not in ("LSQB", "COMMA", *OPERAND_ENDS):
+        return None
+    bounded = previous.type in OPERAND_ENDS
+    help = "write a slice as `x[1..3]`" if bounded else "write all indices as a range: `A[2, 1..3]`"
+    return Explanation(wrong.foreign_operator(context.span(), help))
+
+
 def two_operands(context: ErrorContext, found: Token) -> Explanation | None:
     """Explain two values in a row: an operator is missing, or a unit is misspelt."""
     previous = context.previous

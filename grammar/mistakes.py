@@ -27,7 +27,7 @@ from bgc.grammar.error_context import (
     place_of,
     types_of_statement,
 )
-from bgc.grammar.mistaken_values import decimal_comma, two_operands
+from bgc.grammar.mistaken_values import colon_slice, decimal_comma, two_operands
 from bgc.grammar.peers import keyword_advice, statement_advice
 from bgc.grammar.tokens import END, end_of
 from bgc.grammar.unit_spelling import GROUPED, ungrouped
@@ -285,6 +285,7 @@ _KINDS_OF_ERROR: tuple[Callable[[ErrorContext, Token], Explanation | None], ...]
     _empty_statement,
     _reserved,
     decimal_comma,
+    colon_slice,
     two_operands,
 )
 

@@ -244,6 +244,29 @@ def test_the_example_of_an_arm_starts_at_rest_and_moves(tmp_path):
     assert np.abs(result["energy.residual"]).max() < 1e-4
 
 
+def test_a_robot_is_held_by_the_derivatives_of_its_potential_energy(tmp_path):
+    """Torques as the manual writes them; the hand of 2 kg weighs on the slide alone."""
+    file, path = tmp_path / "arm.urdf", tmp_path / "held.bg"
+    tilted = ARM.replace('<axis xyz="0 0 1"/>\n  </joint>', '<axis xyz="0 1 0"/>\n  </joint>', 1)
+    file.write_text(tilted)
+    (tmp_path / "arm.bg").write_text(import_text(file, tmp_path, Choices()).text)
+    path.write_text(
+        """import "arm.bg"; import crane.crane;
+        model Held {
+          ground : Ground; robot : Arm_2(q0 = [0.4, 0.3]); end : Se[6](e = zeros(6));
+          let energy = potential(robot.column_body.mass, robot.column_body.centre)
+            + potential(robot.hand_body.mass, robot.hand_body.centre);
+          let weight[1, 2] = jacobian(energy, [robot.turn.angle, robot.lift.extension]);
+          hold : Se[2](e = -weight[1, 1..2]);
+          ground -> robot -> end; robot.drives -> hold;
+        }
+        scene held of Held { observe robot.q as q, hold.e as effort; run 3 s every 0.1 s; }"""
+    )
+    result = bgc.compile(path).simulate()
+    np.testing.assert_allclose(result["q"], np.broadcast_to([0.4, 0.3], (31, 2)), atol=1e-9)
+    assert result["effort"][-1, 1] == pytest.approx(-2 * 9.81 * math.cos(0.4), rel=1e-9)
+
+
 def test_the_mass_matrix_is_that_of_the_linear_form(tmp_path):
     """The efforts of `free` act against the drives, so that C B is -M^-1, as the manual says."""
     pin = pytest.importorskip("pinocchio")

@@ -80,6 +80,8 @@ def test_a_statement_of_a_peer_gets_advice(tmp_path, text: str, advice: str) -> 
         ("let y = 1 <> 2;", "`!=`"),
         ("param k := 3;", "with `=`"),
         ("param v = [1 2 3];", "by commas: `[1, 2]`"),
+        ("param x[3] = [1, 2, 3]; let y[2] = x[1:2];", "`x[1..3]`"),
+        ("param A = eye(3); let y[3] = A[1, :];", "`A[2, 1..3]`"),
         ("param A = [1, 2; 3, 4];", "`[[1, 2], [3, 4]]`"),
         ("state x = 1; der(der(x)) = -x;", "`der(x) = v; der(v) = ..;`"),
         ("state x = 1; ddt(x) = -x;", "`der(x) = ..;`"),
