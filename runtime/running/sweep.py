@@ -81,14 +81,14 @@ class Listed:
 
 
 def read_axis(text: str, parameters: Parameters) -> Range | Listed:
-    """Read a range (`read_range`), or a list `name=1, 2, 5 kg`.
+    """Read a range (`read_range`), or a list `name=1, 2, 5 kg`, also of one value.
 
     A unit behind the last value of a list is for all that have none.
 
     Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
     """
     name, equals, rest = (part.strip() for part in text.partition("="))
-    if not (name and equals) or "," not in rest or ".." in rest:
+    if not (name and equals and rest) or ":" in rest or ".." in rest:
         return read_range(text, parameters)
     parts = [part.strip() for part in rest.split(",")]
     if not all(parts):

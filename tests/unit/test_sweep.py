@@ -13,7 +13,7 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.sweep import Range, points, read_range
+from bgc.runtime.running.sweep import Listed, Range, points, read_axis, read_range
 
 TEXT = """
 interface Mount { port p in; }
@@ -42,6 +42,8 @@ def parameters(file: Path) -> Parameters:
 
 def test_a_unit_at_the_end_is_for_both_and_each_may_have_its_own(parameters: Parameters) -> None:
     assert read_range("mass=2..5 kg:4", parameters) == Range("mass", 2, 5, 4)
+    assert read_axis("mass=2, 0.005 t", parameters) == Listed("mass", (2000.0, 5.0))
+    assert read_axis("mass = 2 t", parameters) == Listed("mass", (2000.0,))
     assert read_range("mass = 200 g .. 0.005 t : 3", parameters) == Range("mass", 0.2, 5, 3)
     assert read_range("mass=2..5", parameters) == Range("mass", 2, 5)
 

@@ -62,7 +62,7 @@ def source_changed(path: str) -> Diagnostic:
 
 
 def bad_range(text: str, reason: str = "") -> Diagnostic:
-    """BG743: `--vary` without a range
+    """BG743: text that gives no values of a parameter
 
     What: the text is neither a range `name=low..high`, optionally with a unit, a count and `log`,
     nor a list `name=1, 2, 5 kg`.
@@ -70,17 +70,17 @@ def bad_range(text: str, reason: str = "") -> Diagnostic:
     Why: a sweep varies each parameter from one value to another, or over given values. The ends
     of a logarithmic range are positive.
 
-    Example: `--vary boom.mass=7`.
+    Example: `--vary boom.mass`, `--height "sea.height=1:5"`.
 
     Way out: write `--vary "boom.mass=5..9 t:20"` for 20 values from 5 t to 9 t, or
-    `--vary "boom.mass=5, 7, 9 t"`.
+    `--vary "boom.mass=5, 7, 9 t"`; `--height`, `--period` and others alike.
     """
     return error(
         "BG743",
         f"`{text}` is not a range: {reason}"
         if reason
         else f"`{text}` is not of the form name=low..high unit:count",
-        help='write `--vary "boom.mass=5..9 t:20"`, or values, `--vary "boom.mass=5, 7, 9 t"`',
+        help='write `"boom.mass=5..9 t:20"`, or values, `"boom.mass=5, 7, 9 t"`',
     )
 
 
