@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Collection
 from ctypes import POINTER, c_double, c_int, c_void_p
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,12 @@ int complex_trial(const bgc_block_info *info, int n_state, int n_mass, const dou
     return status;
 }
 """
-SETS = {"native": ("-march=native",), "plain": ("-DBGC_NO_VECTORS",)}
+SETS = {
+    "native": ("-march=native",),
+    "avx2": ("-march=x86-64-v3",),
+    "plain": ("-DBGC_NO_VECTORS",),
+}
+CPU = Path("/proc/cpuinfo")
 
 
 class BlockInfo(ctypes.Structure):
@@ -71,7 +77,9 @@ class BlockInfo(ctypes.Structure):
 
 @pytest.fixture(scope="module", params=SETS)
 def kernels(request: Any, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """The runtime's kernels, compiled for this machine's registers and without any."""
+    """The runtime's kernels, compiled for this machine's registers, for AVX2 and for none."""
+    if request.param == "avx2" and not (CPU.exists() and " avx2 " in CPU.read_text("ascii")):
+        pytest.skip("the processor has no AVX2")
     folder = tmp_path_factory.mktemp("blocks")
     shim, target = folder / "shim.c", folder / "blocks.so"
     shim.write_text(SHIM, "utf-8")

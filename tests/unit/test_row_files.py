@@ -7,6 +7,7 @@ import io
 import json
 import os
 import threading
+import tracemalloc
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,7 +19,7 @@ import zarr
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
-from bgc.runtime.results import npz_rows, row_files
+from bgc.runtime.results import kept_rows, npz_rows, row_files
 from bgc.runtime.results.kept_rows import KeptRows
 from bgc.runtime.results.npz_rows import NpzRows
 from bgc.runtime.results.row_files import RowArray
@@ -77,6 +78,22 @@ def test_blocks_have_the_bits_of_one_run(model, growing, tmp_path, kind, solver)
     assert np.array_equal(read(path), table)
     assert (result.rows, result.row_count) == (ROWS, ROWS)
     assert result.counts["steps"] == whole.counts["steps"]
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz"])
+def test_the_memory_of_a_run_does_not_grow_with_its_rows(
+    model, growing, monkeypatch, tmp_path, kind
+):
+    """Ten times the rows, which would take 0.9 MB."""
+    monkeypatch.setattr(kept_rows, "SELECTED_VALUES", 1000)
+    peaks = []
+    for every in ("1 ms", "1 ms", "0.1 ms"):  # the first run fills caches
+        tracemalloc.start()
+        result = model.simulate(every=every, out=tmp_path / f"rows.{kind}")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert result.rows == 20_001
+    assert peaks[2] < peaks[1] + 200_000
 
 
 def test_what_an_archive_says_of_itself(model, growing, tmp_path):
