@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -225,3 +226,16 @@ def test_a_table_of_statistics_takes_the_narrower_form(model):
     many = [f"quantile(x, 0.{k})" for k in range(10, 50, 3)]
     wide = model.sweep({"mass": [1.0]}, many).statistics().table()
     assert wide.title == "statistics over 1 run" and wide.header[1:3] == ("mean", "sd")
+
+
+def test_the_memory_of_a_sweep_grows_by_its_observables_only(model):
+    """Rows of 150 runs more would take 2 MB."""
+    peaks = []
+    for count in (50, 50, 200):  # the first sweep fills caches
+        vary = {"mass": np.linspace(1, 3, count)}
+        tracemalloc.start()
+        study = model.sweep(vary, ["max(x)"], every="5 ms")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert study.done.sum() == 200
+    assert peaks[2] < peaks[1] + 500_000
