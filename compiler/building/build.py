@@ -51,6 +51,7 @@ _LOOPS = frozenset(
         "dense",
         "explicit",
         "faint",
+        "inner",
         "rosenbrock",
         "sparse",
         "stages",
