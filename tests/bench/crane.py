@@ -112,7 +112,9 @@ def shared_object(
     paths = [str(HERE / source) for source in sources]
     compiler = find_toolchain().command if language == "c" else ("g++",)
     key = blake2b(digest_size=12)
-    for part in (*compiler, *flags, *(Path(path).read_text("utf-8") for path in paths)):
+    headers = sorted([*runtime_directory().glob("**/*.h"), *HERE.glob("*.h")])
+    texts = (Path(path).read_text("utf-8") for path in (*paths, *headers))
+    for part in (*compiler, *flags, *texts):
         key.update(part.encode())
     folder = Path(tempfile.gettempdir()) / "bgc-bench"
     folder.mkdir(exist_ok=True)
