@@ -8,7 +8,8 @@ sensors. All are called in loops in C (Pinocchio: C++ with -O3 and its fixed joi
 same moving state; each time is the least of several batches of processor time. Pinocchio has the
 whole right-hand side and its derivatives (`computeABADerivatives`), MuJoCo steps of 1 ms:
 `implicitfast` and `implicit`, of order one, beside ours of order three: the default with a step
-(`switching_fixed`: rk4 while it resolves all motions), and `ros34prw` alone.
+(`switching_fixed`: rk4 while it resolves all motions), and `ros34prw` alone. CasADi has the same
+equations (`casadi_code.py`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+import casadi_code
 import numpy as np
 from crane import copies, instance, shared_object
 from factorisation import lowered_model
@@ -39,6 +41,7 @@ from bgc.runtime.running.structures import Status
 
 _Doubles, _Ints = POINTER(c_double), POINTER(c_int)
 _BATCHES = 15
+_CASADI = (24, 8)  # most joints of f, and of J, whose C then takes seconds of the C compiler
 _PARENTS: dict[str, Callable[[int], int]] = {
     "arm": lambda k: k - 1,
     "tree": lambda k: (k - 1) // 2 if k else -1,
@@ -197,6 +200,17 @@ def _xml(boxes: Boxes, integrator: str) -> str:
     )
 
 
+def _casadi(name: str) -> tuple[float, ...] | str:
+    """Seconds of CasADi's C for f and, of short mechanisms, for J, or why there are none."""
+    lowered = lowered_model(name)
+    joints = len(Boxes.of(name).q)
+    if joints > _CASADI[0]:
+        return "its C takes long to compile"
+    units = emit_lowered(lowered, "").units
+    made = instance(Library(build_shared_object(units, find_toolchain(), open_cache())))
+    return casadi_code.measured(lowered.program, made.state.copy(), joints <= _CASADI[1])
+
+
 def measured(name: str) -> dict[str, float | str]:
     """Seconds by what was measured, or why there are none."""
     own = ours(name)
@@ -216,6 +230,9 @@ def measured(name: str) -> dict[str, float | str]:
         if not isinstance(answer, str):
             apart = np.abs(answer[2] - own.accelerations).max() / np.abs(answer[2]).max()
             assert apart < 1e-6, f"{name}: {names[1]} has other accelerations ({apart:.1e})"
+    code = _casadi(name)
+    if not isinstance(code, str):
+        found |= zip(("CasADi f", "CasADi J"), code, strict=False)
     return found
 
 

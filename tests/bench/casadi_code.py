@@ -12,6 +12,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from ctypes import CDLL, POINTER, byref, c_double, c_int, c_longlong
 from pathlib import Path
 from statistics import median
@@ -24,6 +25,8 @@ from table import Row
 
 from bgc.algebra.dag import Kind, Level, Op
 from bgc.building.toolchain import COMMON_FLAGS, find_toolchain
+from bgc.ir.program import Program
+from bgc.runtime.results.arrays import Array
 
 _Doubles = POINTER(c_double)
 
@@ -37,9 +40,8 @@ def rows() -> list[Row]:
     return [row for scene in ("near_rigid", "reduced") for row in _compare(casadi, scene)]
 
 
-def _translated(casadi: Any, scene: str) -> tuple[Any, Any]:
+def _translated(casadi: Any, program: Program) -> tuple[Any, Any]:
     """f, and J with df/dt, as CasADi functions of (t, x, h)."""
-    program = crane(scene).stages.optimised
     dag = program.dag
     sx = casadi.SX
     t, x = sx.sym("t"), sx.sym("x", len(program.states))
@@ -81,11 +83,31 @@ def _operation(casadi: Any, op: Op, of: list[Any]) -> Any:
             return getattr(casadi, op.name.lower())(*of)
 
 
-def _compare(casadi: Any, scene: str) -> list[Row]:
+def measured(program: Program, x: Array, derivatives: bool) -> tuple[float, ...] | str:
+    """Seconds of f and, if asked for, of J with df/dt near x; or why there are none."""
+    try:
+        import casadi
+    except ImportError:
+        return "pip install casadi"
+    functions = _translated(casadi, program)[: 1 + derivatives]
+    with tempfile.TemporaryDirectory() as folder:
+        peer = CDLL(str(_compiled(casadi, functions, Path(folder))))
+        return tuple(
+            _seconds(_clock(), peer, name, function, x)
+            for name, function in zip("fj", functions, strict=False)
+        )
+
+
+def _clock() -> CDLL:
     clock = shared_object(["casadi_clock.c", "clock.c"])
     assert not isinstance(clock, str), clock
     clock.casadi_seconds.restype = c_double
-    f, j = _translated(casadi, scene)
+    return clock
+
+
+def _compare(casadi: Any, scene: str) -> list[Row]:
+    clock = _clock()
+    f, j = _translated(casadi, crane(scene).stages.optimised)
     ratios: dict[str, list[float]] = {"f": [], "j": []}
     with tempfile.TemporaryDirectory() as folder, copies(crane(scene).path) as libraries:
         made = _compiled(casadi, [f, j], Path(folder))
@@ -108,7 +130,7 @@ def _compare(casadi: Any, scene: str) -> list[Row]:
     ]  # fmt: skip
 
 
-def _compiled(casadi: Any, functions: list[Any], folder: Path) -> Path:
+def _compiled(casadi: Any, functions: Sequence[Any], folder: Path) -> Path:
     generator = casadi.CodeGenerator("peer.c", {"with_header": False})
     for function in functions:
         generator.add(function)

@@ -4,10 +4,11 @@
     python tests/bench/curves.py compile --of arm      # measure one figure of one family
     python tests/bench/curves.py --draw --out FOLDER   # write the page from the stored points
 
-The points are in `curves.csv`; a measurement replaces those of its figure and family. The page,
-`benchmarks.md` with its plots, goes to the folder `--out`. Everything takes half an hour on one
-processor. The rules of each comparison stand at the top of `growth.py`, `arm_peers.py` and of the
-functions below.
+The points are in `curves.csv`: measuring everything begins a new file, whose points are of one
+machine and one run, and measuring a part replaces its points. The page, `benchmarks.md` with its
+plots, goes to the folder `--out`. Everything takes 25 minutes on one processor. The rules of each
+comparison stand at the top of `growth.py`, `arm_peers.py` and of the functions below. Peers that
+are missing have no points; `run.py` says how to install them.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -26,25 +28,26 @@ import arm_peers
 import growth
 from compile_growth import ALONE
 from curves_page import Point, page, read_points
-from growing import text_of
+from growing import HYDRAULIC, text_of
 from table import machine, pin
 
 STORE = Path(__file__).with_name("curves.csv")
 _ERROR = 1e-4
-_ENDS = {"crane": 1.0, "arm": 1.0, "tree": 1.0}  # s of a run; of the others 10 s
-_RUNS = 3
+_ENDS = {"crane": 1.0, "beam": 1.0, "arm": 1.0, "tree": 1.0}  # s of a run; of the others 10 s
+_RUNS, _LONG = 3, 6.0  # of `bgc build`; s of processor time after which there is no other
 
 _SIZES = {
     "error": {
-        "crane": (2, 4, 8, 16, 32, 64), "arm": (3, 6, 12, 24, 48), "tree": (7, 15, 31),
-        "chain": (100, 300, 1000), "circuit": (100, 200, 400), "grid": (5, 10, 20, 30),
-        "field": (15, 30, 60),
+        "crane": (2, 4, 8, 16, 32, 64), "beam": (5, 10, 20, 40), "arm": (3, 6, 12, 24, 48),
+        "tree": (7, 15, 31), "chain": (100, 300, 1000), "circuit": (100, 200, 400),
+        "grid": (5, 10, 20, 30), "field": (15, 30, 60), "hydraulic": tuple(HYDRAULIC),
     },
     "rates": {"arm": (3, 6, 12, 24, 48), "tree": (7, 15, 31)},
     "compile": {
-        "crane": (2, 4, 8, 16, 32, 64), "arm": (3, 6, 12, 24, 30, 48, 60), "tree": (7, 15, 31),
-        "chain": (100, 200, 500, 1000), "motors": (50, 100, 200, 500),
-        "ladder": (50, 100, 200, 400), "field": (15, 25, 40, 60),
+        "crane": (2, 4, 8, 16, 32, 64), "beam": (5, 10, 20, 40), "arm": (3, 6, 12, 24, 30, 48, 60),
+        "tree": (7, 15, 31), "chain": (100, 200, 500, 1000), "motors": (50, 100, 200, 500),
+        "circuit": (100, 200, 400), "ladder": (50, 100, 200, 400), "grid": (5, 10, 20, 30),
+        "field": (15, 25, 40, 60), "hydraulic": tuple(HYDRAULIC),
     },
 }  # fmt: skip
 
@@ -57,15 +60,24 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder of the page; by default none is written")
     given = parser.parse_args()
     pin()
+    if not (given.draw or given.figures or given.of):
+        STORE.unlink(missing_ok=True)
+    begun, failed = time.monotonic(), []
     for figure in () if given.draw else given.figures or _SIZES:
         for family in given.of or _SIZES[figure]:
             for size in _SIZES[figure].get(family, ()):
-                for point in _MEASURE[figure](family, size):
-                    print(point, flush=True)
-                    store(point)
+                try:
+                    for point in _MEASURE[figure](family, size):
+                        print(point, flush=True)
+                        store(point)
+                except (Exception, SystemExit) as problem:  # the others are measured all the same
+                    failed.append(f"{figure} of {family}:{size}: {problem!r}")
     if given.out is not None:
         lines = page(read_points(STORE), given.out, "")
         (given.out / "benchmarks.md").write_text("\n".join(lines) + "\n", "utf-8")
+    print(f"{(time.monotonic() - begun) / 60:.1f} minutes")
+    if failed:
+        raise SystemExit("\n".join(failed))
 
 
 def store(point: Point) -> None:
@@ -80,17 +92,20 @@ def store(point: Point) -> None:
 
 
 def _points(figure: str, family: str, size: int, values: dict[str, float]) -> Iterator[Point]:
-    where = machine("mujoco", "pin")
+    where = machine("mujoco", "pin", "scipy", "casadi")
     for tool, value in values.items():
         yield Point(figure, family, tool, size, value, where)
 
 
 def to_error(family: str, size: int) -> Iterator[Point]:
-    """Milliseconds of processor time of a run whose largest error is 1e-4."""
-    _, found = growth.measure(f"{family}:{size}", _ENDS.get(family, 10.0))
-    found.pop("tables", None)
-    values = {way: 1e3 * growth.time_to(_ERROR, timed) for way, timed in found.items()}
-    yield from _points("error", family, size, {k: v for k, v in values.items() if v < float("inf")})
+    """Processor time of a run whose largest error is 1e-4: ms of the run, and us of its steps."""
+    _, found = growth.measure(f"{family}:{size}", _ENDS.get(family, 10.0), with_scipy=True)
+    runs = {way: growth.cheapest(_ERROR, timed) for way, timed in found.items()}
+    reached = {way: run for way, run in runs.items() if run.error <= _ERROR}
+    values = {way: 1e3 * run.seconds for way, run in reached.items()}
+    yield from _points("error", family, size, values)
+    values = {way: 1e6 * run.seconds / run.steps for way, run in reached.items() if run.steps > 0}
+    yield from _points("controlled", family, size, values)
 
 
 def rates(family: str, size: int) -> Iterator[Point]:
@@ -98,8 +113,8 @@ def rates(family: str, size: int) -> Iterator[Point]:
     found = arm_peers.measured(f"{family}:{size}")
     values = {tool: 1e6 * each for tool, each in found.items() if not isinstance(each, str)}
     figures = {
-        "rates": ("our f", "Pinocchio ABA", "mj_forward"),
-        "derivatives": ("our J", "ABA derivatives"),
+        "rates": ("our f", "Pinocchio ABA", "mj_forward", "CasADi f"),
+        "derivatives": ("our J", "ABA derivatives", "CasADi J"),
         "steps": ("ours, 1 ms", "ros34prw, 1 ms", "mj_step implicitfast", "mj_step implicit"),
     }
     for figure, tools in figures.items():
@@ -108,11 +123,11 @@ def rates(family: str, size: int) -> Iterator[Point]:
 
 
 def compilation(family: str, size: int) -> Iterator[Point]:
-    """Seconds of processor time and memory of `bgc build` (least of three), and the size of the C.
+    """Seconds of processor time and memory of `bgc build`, and the size of the C.
 
-    Of time and size, those of a model with one state are subtracted: imports, and the runtime. The
-    C compiler's time is the difference between the targets `so` and `c`, each in a cache of its
-    own.
+    Those are the least of three builds, but for builds that take long. Of time and size, those of a
+    model with one state are subtracted: imports, and the runtime. The C compiler's time is the
+    difference between the targets `so` and `c`, each in a cache of its own.
     """
     (alone, alone_kilobytes, *_) = _built(ALONE)
     seconds, kilobytes, compiler, peak = _built(text_of(f"{family}:{size}"))
@@ -128,7 +143,9 @@ def _built(text: str) -> tuple[float, float, float, float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.bg"
         path.write_text(text, "utf-8")
-        to_c = [_build(path, "c", Path(folder) / f"c{k}") for k in range(_RUNS)]
+        to_c: list[tuple[float, float]] = []
+        while len(to_c) < _RUNS and sum(each for each, _ in to_c) < _LONG:
+            to_c.append(_build(path, "c", Path(folder) / f"c{len(to_c)}"))
         kilobytes = sum(file.stat().st_size for file in path.parent.glob("*.[ch]")) / 1e3
         to_so = _build(path, "so", Path(folder) / "so")
     seconds = min(each for each, _ in to_c)

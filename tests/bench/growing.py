@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
+from pathlib import Path
+
+import bgc.library
 
 _CRANE = """\
 import mechanics.joints;
@@ -39,6 +43,30 @@ scene crane of Crane {{
 def crane(n: int) -> str:
     """A chain of n beams on compliant joints, 12 n states."""
     return _CRANE.format(n=n)
+
+
+_BEAM = """\
+import mechanics.flexible;
+
+/// A clamped beam of {n} elements in space, which a skew force at its end sets swinging.
+model Boom {{
+  ground : Ground;
+  beam   : FlexibleBeam[{n}](
+    length = 10 m, section = Rectangle(width = 0.12 m, height = 0.2 m), damping_ratio = 0.02);
+  end : Se[6](e = [100 N, 200 N, 300 N, 50 N*m, 0, 0]);
+  ground -> beam -> end;
+}}
+
+scene boom of Boom {{
+  observe beam.deflection as tip;
+  run 1 s every 0.1 s;
+}}
+"""
+
+
+def beam(n: int) -> str:
+    """A flexible beam of n elements in space, 12 n states."""
+    return _BEAM.format(n=n)
 
 
 def grid(n: int) -> str:
@@ -235,8 +263,20 @@ def field(n: int) -> str:
     )
 
 
+HYDRAULIC = {50: "knuckle_boom_hydraulic", 76: "knuckle_boom_at_sea"}  # scenes by their states
+
+
+def hydraulic(states: int) -> str:
+    """The first scene of a hydraulic knuckle-boom crane of the library."""
+    folder = Path(bgc.library.__path__[0]) / "scenes"
+    text = (folder / f"{HYDRAULIC[states]}.bg").read_text("utf-8")
+    scenes = [found.start() for found in re.finditer(r"^scene ", text, re.MULTILINE)]
+    return text[: [*scenes, len(text)][1]]
+
+
 MODELS: dict[str, Callable[[int], str]] = {
     "crane": crane,
+    "beam": beam,
     "arm": arm,
     "tree": tree,
     "skew": skew,
@@ -249,6 +289,7 @@ MODELS: dict[str, Callable[[int], str]] = {
     "ladder": ladder,
     "grid": grid,
     "field": field,
+    "hydraulic": hydraulic,
 }
 
 
