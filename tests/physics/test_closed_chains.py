@@ -1,10 +1,12 @@
 """Closed chains of rigid joints, against bars with pins in maximal coordinates."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from bars import GRAVITY, Bars, across, bar_from, direction, four_bar
+from scipy.spatial.transform import Rotation
 
 import bgc
 from bgc.options import Options
@@ -29,6 +31,34 @@ def test_a_four_bar_moves_as_bars_with_pins(load):
     assert np.ptp(angles[:, 0]) > 10, "it has to turn over"
     assert closed(result) < 1e-12
     assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+def on_mount(text: str, pin: str, turn: list[float], digits: int) -> str:
+    """A four-bar with one pin between a mount in a general direction and the mount back."""
+
+    def listed(values) -> str:
+        return f"[{', '.join(f'{x:.{digits}f}' for x in values)}]"
+
+    axes = Rotation.from_rotvec(turn).as_matrix()
+    there, back = (f"[{', '.join(map(listed, m))}]" for m in (axes, axes.T))
+    text = re.sub(rf"({pin} +: Revolute\(axis = )-y", rf"\g<1>{listed(-axes[1])}", text, count=1)
+    text = text.replace(f"-> {pin} ->", f"-> {pin}_there -> {pin} -> {pin}_back ->", 1)
+    mounts = f"  {pin}_there : Mount(axes = {there});\n  {pin}_back : Mount(axes = {back});\n"
+    return text.replace("  ground -> mount ->", f"{mounts}  ground -> mount ->", 1)
+
+
+def test_a_four_bar_on_mounts_in_general_directions_moves_as_without(load, tmp_path):
+    """Rows that are redundant in exact directions are zero but for the digits of the mounts."""
+    text = "import arms.link;\n" + (TESTS / "models/closed_chains.bg").read_text("utf-8")
+    text = on_mount(text, "pin1", [1.3, -0.4, 2.1], 11)
+    text = on_mount(text, "pin3", [-0.2, 1.9, 0.6], 16)
+    path = tmp_path / "mounted.bg"
+    path.write_text(text, "utf-8")
+    result = bgc.compile(path, scene="four_bar", preview=True).simulate()
+    plain = load("closed_chains", "four_bar").simulate()
+    for name in "abcd":
+        np.testing.assert_allclose(result[name], plain[name], atol=1e-8)
+    assert closed(result) < 1e-10
 
 
 @pytest.mark.parametrize("solver", ["dopri5", "rodas4p2", "radau5"])

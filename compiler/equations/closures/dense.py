@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 Rows = Sequence[Sequence[float]]
 
-_EMPTY = 1e-12  # a row of this length or less is zero
+_EMPTY = 1e-9  # beside the longest row: a row of this length or less is zero but for rounded data
 
 
 def independent_rows(matrix: Rows, tolerance: float, first: Sequence[int] = ()) -> list[int]:
@@ -16,7 +16,9 @@ def independent_rows(matrix: Rows, tolerance: float, first: Sequence[int] = ()) 
     A row is dependent where the part of it that is orthogonal to the others is at most
     `tolerance` of its length. Rows in `first` are taken before others.
     """
-    left = {k: list(row) for k, row in enumerate(matrix) if math.hypot(*row) > _EMPTY}
+    lengths = [math.hypot(*row) for row in matrix]
+    least = _EMPTY * max(lengths, default=0.0)
+    left = {k: list(row) for k, row in enumerate(matrix) if lengths[k] > least}
     sizes = {k: math.hypot(*row) for k, row in left.items()}
     found: list[int] = []
     while left:

@@ -19,6 +19,7 @@ from bgc.ir.graph import Node
 from bgc.ir.program import Program
 
 CLOSED = 1e-10  # m or rad: what may be left of a condition
+_CLOSED_ENOUGH = 1e-9  # of redundant conditions, between parts whose directions are rounded data
 RANK = 1e-7  # rows closer than this to a combination of others depend on them
 _ITERATIONS = 100
 _DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
@@ -94,8 +95,8 @@ def solve_damped(
         else:
             damping = max(4 * damping, _LEAST_DAMPING)
             if damping > 1e6:
-                return None
-    return None
+                break
+    return x if gap_of(residuals) <= _CLOSED_ENOUGH else None
 
 
 @dataclass(frozen=True, slots=True)

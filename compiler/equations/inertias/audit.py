@@ -28,6 +28,7 @@ from bgc.ir.graph import Node
 
 _LEAST = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
 _ROUNDING = 1e-13  # the same without masses
+_NO_MASS = 1e-24  # of the largest: less is what coefficients of rounded data leave over, squared
 _STILL = 1e-6  # of the fastest flow: slower ones are zero up to rounding
 _TAKING_PART = 1e-3  # of the fastest
 _TOLERANCE = (
@@ -270,11 +271,13 @@ def _reduced_mass(point: _Point, group: Group) -> list[list[float]]:
 def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> list[float] | None:
     """A motion along which a mass matrix, scaled to a unit diagonal, has at most the value `least`.
 
-    None where all eigenvalues are larger, which a Cholesky factorisation of the scaled matrix minus
-    `least` times the identity proves. Where the factorisation breaks down, the rows up to there
-    give the motion.
+    So has one whose own mass is rounding beside the largest. None where all eigenvalues are larger,
+    which a Cholesky factorisation of the scaled matrix minus `least` times the identity proves.
+    Where the factorisation breaks down, the rows up to there give the motion.
     """
-    scale = [row[i] ** 0.5 if row[i] > 0 else 0.0 for i, row in enumerate(mass)]
+    largest = max((row[i] for i, row in enumerate(mass)), default=0.0)
+    least_mass = _NO_MASS * largest
+    scale = [row[i] ** 0.5 if row[i] > least_mass else 0.0 for i, row in enumerate(mass)]
     factors: list[list[float]] = []
     for i, row in enumerate(mass):
         if scale[i] == 0:
