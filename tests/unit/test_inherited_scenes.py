@@ -105,6 +105,16 @@ def test_statements_about_a_removed_part_are_dropped_with_a_note():
     assert [(d.code, d.severity) for d in graph.warnings] == [("BG247", Severity.INFO)] * 2
 
 
+def test_a_slot_filled_from_outside_drops_statements_as_an_extending_scene_does():
+    text = f"{MODEL}{BASE.replace('observe', 'observe load.coil.p as flux; observe')}"
+    graph = elaborate(load_text(text), "base", uses=[("load", "Resistor")])
+    assert [o.name for o in graph.observations] == ["current"]
+    (note,) = graph.warnings
+    assert note.code == "BG247" and "`load.coil.p` does not exist" in note.message
+    with pytest.raises(BgError, match="BG21"):  # what the command asks for itself is no statement
+        elaborate(load_text(text), "base", uses=[("load", "Resistor")], observe=["load.coil.p"])
+
+
 def test_a_misspelt_part_is_still_an_error():
     base = BASE.replace("set voltage = 2;", "set laod.L = 3;")
     with pytest.raises(BgError):

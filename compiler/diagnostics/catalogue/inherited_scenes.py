@@ -95,7 +95,8 @@ def statement_dropped(span: Span, what: str, path: str, slot: str) -> Diagnostic
     """BG247: an inherited statement that is dropped
 
     What: a scene fills a slot by `use`, and a statement of the scene that it extends names a part
-    or value that the new model does not have. The statement has no effect.
+    or value that the new model does not have; or the command line fills it by `--use`. The
+    statement has no effect.
 
     Why: scenes of different variants share their statements as far as these apply.
 
@@ -108,7 +109,7 @@ def statement_dropped(span: Span, what: str, path: str, slot: str) -> Diagnostic
         "BG247",
         f"this {what} has no effect: `{path}` does not exist",
         span,
-        note=f"the scene fills `{slot}` with another model than the scene that it extends",
+        note=f"`{slot}` is filled with another model than in the scene that has this statement",
         help="nothing need be done; add a statement of the new model's own if one is wanted",
     )
 

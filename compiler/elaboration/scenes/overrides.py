@@ -14,24 +14,30 @@ from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
 from bgc.language.columns import column_in, name_in_si
+from bgc.resolution.modules import Inherited
 
 
 def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
     """Fill slots: `("crane.elbow.lock", "Rigid[5]")` acts as a `use` statement of the scene.
 
-    `uses` override the scene's own choices; without any, the scene is returned unchanged. Raises
-    BgError where a text is not a slot or not a type.
+    `uses` override the scene's own choices; without any, the scene is returned unchanged. What the
+    scene says of a part that is gone with the former choice has no effect, as in a scene that
+    extends it. Raises BgError where a text is not a slot or not a type.
     """
     if not uses:
         return scene
     added = [_use(scene, use) for use in uses]
-    filled = {path_of(item.slot) for item in added}
-    kept = (
+    filled = dict.fromkeys(path_of(item.slot) for item in added)
+    kept = tuple(
         item
         for item in scene.items
         if not (isinstance(item, syntax.Use) and path_of(item.slot) in filled)
     )
-    return replace(scene, items=(*kept, *added))
+    before = {id(each.item): each.slots for each in scene.inherited}
+    inherited = tuple(
+        Inherited(item, tuple(dict.fromkeys((*before.get(id(item), ()), *filled)))) for item in kept
+    )
+    return replace(scene, items=(*kept, *added), inherited=inherited)
 
 
 def _use(scene: Scene, use: tuple[str, str]) -> syntax.Use:
