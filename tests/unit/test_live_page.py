@@ -147,6 +147,10 @@ def test_a_file_runs_its_model_without_a_network(browser, live, model):
     mouse.move(x + 2, y - 60, steps=3)
     view.until("bgcView.row[0] > 0.4 && bgcView.player.held[0] === 'grip'")
     mouse.up()
+    # Beyond the end of the scene the run goes on without one.
+    view.ask("bgcView.setSpeed(20)")
+    view.until("bgcView.player.ended")
+    view.ask("{bgcView.setSpeed(1); bgcView.source.send('play')}")
     # A finger at the grip does the same, and scrolls nothing.
     view.until("bgcView.row[0] < 0.35 && bgcView.devices.grips[0].seen[2] === 0")
     fingers = view.context.new_cdp_session(view.page)
