@@ -82,9 +82,11 @@ class Menu:
                 self._take(int(key) - 1)
 
     def line(self) -> str:
-        """The choices as text, the one that runs in brackets."""
+        """The choices as text, the one that runs in brackets; a page may have exchanged it."""
         names = (f"{k} {choice.name}" for k, choice in enumerate(self.choices, 1))
-        shown = (f"[{n}]" if k == self.present else n for k, n in enumerate(names))
+        running = self.loop.course.model
+        present = self.present if any(c.model is running for c in self.choices) else None
+        shown = (f"[{n}]" if k == present else n for k, n in enumerate(names))
         return f"{', '.join(shown)}; n next"
 
     def _take(self, place: int) -> None:

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Self
 
 import numpy as np
@@ -818,9 +819,11 @@ def test_keys_exchange_the_scenes_of_the_command(
     terminal, keys = os.openpty()
     tty.setcbreak(keys)
     shown: list[str] = []
+    menus: list[Menu] = []
 
     class Typist(Menu):
         def poll(self) -> None:
+            menus[:] = [self]
             if self.loop.report.exchanges == len(shown):
                 shown.append(self.line())
                 os.write(terminal, b"23n9"[len(shown) - 1 : len(shown)])
@@ -840,5 +843,8 @@ def test_keys_exchange_the_scenes_of_the_command(
     assert done.exit_code == 0, done.output
     assert "4 models" in done.output
     assert [line.partition("[")[2][:1] for line in shown] == ["1", "2", "3", "1"]
+    (menu,) = menus
+    menu.loop = SimpleNamespace(course=SimpleNamespace(model=None))  # another one, by a page
+    assert menu.line() == "1 s, 2 heavier, 3 limit=11; n next"
     names = [f"motion{suffix}.csv" for suffix in ("", "_2", "_3", "_4")]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
