@@ -26,6 +26,7 @@ from bgc.resolution.scenes import collect_scenes
 MAX_ANCESTORS = 100  # of a model, by `is`
 
 _DECLARATION = re.compile(r"^(?:model|interface) (\w+)", re.MULTILINE)
+_DOMAIN = re.compile(r"^(?:pseudo )?domain (\w+)", re.MULTILINE)
 
 _EXAMINED = 10_000  # errors in the files of a package that an editor shows
 
@@ -290,7 +291,8 @@ def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
                     if use is not None:
                         check_type(use, module, report)
             case syntax.Port() if item.domain is not None and item.domain not in module.domains:
-                report.add(names.unknown_domain(item.span, item.domain, module.domains))
+                of_library = _library_index(_DOMAIN)
+                report.add(names.unknown_domain(item.span, item.domain, module.domains, of_library))
             case _:
                 pass
 
@@ -358,10 +360,10 @@ def _home_in_library(name: str) -> str | None:
 
 
 @cache
-def _library_index() -> Mapping[str, str]:
-    """The models and interfaces of the library, each with its module."""
+def _library_index(declaration: re.Pattern[str] = _DECLARATION) -> Mapping[str, str]:
+    """The models and interfaces of the library, or its domains, each with its module."""
     homes: dict[str, str] = {}
     for module in library_modules():
-        for name in _DECLARATION.findall(module_path(module).read_text("utf-8")):
+        for name in declaration.findall(module_path(module).read_text("utf-8")):
             homes.setdefault(name, module)
     return homes

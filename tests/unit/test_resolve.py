@@ -80,6 +80,16 @@ def test_a_missing_file_that_the_library_has_is_named():
         load(Path("no", "folder", "ur55.bg"))
 
 
+def test_domains_of_the_library_are_named():
+    text = "model M { port a : Frame; port b : Rod; }"
+    with pytest.raises(BgError) as caught:
+        load_text(text)
+    frame, rod = caught.value.diagnostics
+    assert frame.help.endswith("`import mechanics.frame;`")
+    assert frame.edits[0].text == "import mechanics.frame;\n"
+    assert "`Rotational`, `Thermal`, `Translational`" in rod.help and "Water" not in rod.help
+
+
 def test_near_names_are_suggested():
     with pytest.raises(BgError) as caught:
         load_text("import crane.baem;")

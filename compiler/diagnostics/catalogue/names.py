@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.diagnostics.catalogue import did_you_mean, error, respelt, with_article
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label
@@ -71,24 +71,28 @@ def unknown_type(
     )
 
 
-def unknown_domain(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
+def unknown_domain(
+    span: Span, name: str, candidates: Iterable[str], library: Mapping[str, str]
+) -> Diagnostic:
     """BG202: a domain that is not declared
 
     What: the name after a port's colon is not a domain visible in this file.
     Why: a domain gives a port its width, its units and the signals that it carries.
     Example: `port tip out : Fram;`
     Way out: correct the name, import the file that declares it, or omit the domain: the port then
-    takes it from its bonds.
+    takes it from its bonds. `library` has the domains of the library, each with its module.
     """
     candidates = list(candidates)
-    near = did_you_mean(name, candidates)
-    return error(
-        "BG202",
-        f"there is no domain called `{name}`",
-        span,
-        help=near or "import the file that declares it, or omit the domain",
-        edits=respelt(span, name, candidates),
-    )
+    help, edits = did_you_mean(name, candidates), respelt(span, name, candidates)
+    if name in library:
+        statement = f"import {library[name]};"
+        help = f"import it from the library: `{statement}`"
+        edits = [Edit(import_place(span.source), f"{statement}\n")]
+    elif not help:
+        known = [each for each, module in library.items() if not module.startswith("examples.")]
+        listed = ", ".join(f"`{each}`" for each in sorted(known))
+        help = f"the library has {listed}; import the file that declares it, or omit the domain"
+    return error("BG202", f"there is no domain called `{name}`", span, help=help, edits=edits)
 
 
 def not_a_model(span: Span, name: str, what: str) -> Diagnostic:
