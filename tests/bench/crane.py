@@ -8,6 +8,7 @@ are those of the processor: what others do on the machine does not count.
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 import tempfile
@@ -105,6 +106,19 @@ def run(
     return status, rows, {**made.counts, "processor_seconds": thread_time() - begun}
 
 
+def _texts(paths: Sequence[str]) -> list[str]:
+    """The texts of sources and of the headers of ours that they include."""
+    found: dict[Path, str] = {}
+    waiting = [Path(path) for path in paths]
+    while waiting:
+        path = waiting.pop()
+        if path.exists() and path not in found:
+            found[path] = path.read_text("utf-8")
+            names = re.findall(r'^#include "(.+)"', found[path], re.MULTILINE)
+            waiting += [folder / name for name in names for folder in (runtime_directory(), HERE)]
+    return [found[path] for path in sorted(found)]
+
+
 def shared_object(
     sources: Sequence[str], flags: Sequence[str] = (), language: str = "c"
 ) -> ctypes.CDLL | str:
@@ -112,9 +126,7 @@ def shared_object(
     paths = [str(HERE / source) for source in sources]
     compiler = find_toolchain().command if language == "c" else ("g++",)
     key = blake2b(digest_size=12)
-    headers = sorted([*runtime_directory().glob("**/*.h"), *HERE.glob("*.h")])
-    texts = (Path(path).read_text("utf-8") for path in (*paths, *headers))
-    for part in (*compiler, *flags, *texts):
+    for part in (*compiler, *flags, *_texts(paths)):
         key.update(part.encode())
     folder = Path(tempfile.gettempdir()) / "bgc-bench"
     folder.mkdir(exist_ok=True)
