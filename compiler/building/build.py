@@ -16,7 +16,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType
 
 from bgc.building.cache import Cache, digest_of, digest_of_bytes
 from bgc.building.recall import machine_identity, processors
@@ -75,7 +74,6 @@ _OPTIONAL = {
     "watch": ("watch",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
-_NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +163,10 @@ def build_shared_object(
     units: Sequence[Unit],
     toolchain: Toolchain,
     cache: Cache,
-    headers: Mapping[str, str] = _NO_HEADERS,
 ) -> Path:
     """Compile a model's units, link them with the runtime and return the shared object's path.
 
-    `headers` maps the names of emitted headers to their texts. Units of one compilation have
-    distinct names, which may not be those of the runtime's.
+    Units of one compilation have distinct names, which may not be those of the runtime's.
 
     Where the disk of the cache is full, a temporary directory takes its place, with a warning.
 
@@ -179,22 +175,20 @@ def build_shared_object(
     """
     try:
         try:
-            return _build(units, toolchain, cache, headers)
+            return _build(units, toolchain, cache)
         except OSError as problem:
             if problem.errno not in _DISK_FULL or cache.warnings:
                 raise
             cache.move_away(_reason(problem))
-            return _build(units, toolchain, cache, headers)
+            return _build(units, toolchain, cache)
     except OSError as problem:
         raise BgError([cannot_write(str(cache.root), _reason(problem))]) from problem
 
 
-def _build(
-    units: Sequence[Unit], toolchain: Toolchain, cache: Cache, headers: Mapping[str, str]
-) -> Path:
+def _build(units: Sequence[Unit], toolchain: Toolchain, cache: Cache) -> Path:
     everything = (*runtime_units({part for unit in units for part in unit.parts}), *units)
     assert len({unit.name for unit in everything}) == len(everything), "units share a name"
-    shared = _shared_key(toolchain, headers)
+    shared = _shared_key(toolchain)
     keys = [_unit_key(shared, unit) for unit in everything]
     link_flags = _link_flags(toolchain, units)
     library = f"{digest_of((shared, *link_flags, *keys))}.so"
@@ -202,8 +196,6 @@ def _build(
         return found
     with cache.workplace() as place:
         work = Path(place)
-        for name, text in headers.items():
-            (work / name).write_text(text, encoding="utf-8")
         objects = _compile_all(everything, keys, toolchain, cache, work)
         made = work / library
         arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
@@ -215,13 +207,12 @@ def _build(
     return path
 
 
-def _shared_key(toolchain: Toolchain, headers: Mapping[str, str]) -> str:
-    """Hash what all units of a build depend on."""
+def _shared_key(toolchain: Toolchain) -> str:
+    """Hash what all units of a build depend on: the headers of the runtime and the compiler."""
     fixed = sorted(runtime_directory().rglob("*.h"))
     texts = [(path.name, path.read_text(encoding="utf-8")) for path in fixed]
-    every = (*texts, *sorted(headers.items()))
     identity = (*toolchain.command, toolchain.version, machine_identity())
-    return digest_of((*identity, *(part for pair in every for part in pair)))
+    return digest_of((*identity, *(part for pair in texts for part in pair)))
 
 
 def _unit_key(shared: str, unit: Unit) -> str:

@@ -96,12 +96,12 @@ class Objects:
 
     # --- models that bgc compiles ---------------------------------------------------------------
 
-    def build(self, units: Any, toolchain: Any, cache: Any, headers: Any) -> Path:
+    def build(self, units: Any, toolchain: Any, cache: Any) -> Path:
         """Take the place of `build._build`."""
         parts = {part for unit in units for part in unit.parts}
         sources = build.needed_sources(self.runtime, parts)
         names = [self.name_of(path) for path in sources.values()]
-        shared = build._shared_key(toolchain, headers)
+        shared = build._shared_key(toolchain)
         lanes = [unit.name for unit in units if unit.name.startswith("lanes/")]
         own = [unit for unit in units if not unit.name.startswith("lanes/")]
         keys = [build._unit_key(shared, unit) for unit in own]
@@ -110,8 +110,6 @@ class Objects:
         path = cache.blob("models", library)
         if path is None or not self.record(library).exists():
             with cache.workplace() as place:
-                for name, text in headers.items():
-                    (Path(place) / name).write_text(text, encoding="utf-8")
                 objects = build._compile_all(own, keys, toolchain, cache, Path(place))
                 made = Path(place) / library
                 covered, self.coverage = self.coverage, False

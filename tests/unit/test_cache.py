@@ -98,10 +98,10 @@ def test_digests_tell_where_texts_end():
 
 def test_what_a_unit_is_compiled_with_tells_its_object_apart():
     keys = {
-        _unit_key(_shared_key(Toolchain(("cc",), "gcc", version), headers), unit)
+        _unit_key(_shared_key(Toolchain(("cc",), "gcc", version)), unit)
         for version in ("12", "13")
-        for headers in ({}, {"more.h": "1"}, {"more.h": "2"})
-        for unit in (Unit("m", "int x;", flags) for flags in (("-O1",), ("-O2",)))
+        for files in ((), (("more.h", b"1"),), (("more.h", b"2"),))
+        for unit in (Unit("m", "int x;", flags, files=files) for flags in (("-O1",), ("-O2",)))
     }
     assert len(keys) == 12
 
