@@ -13,6 +13,7 @@ from bgc.equations.closures.dense import (
     independent_rows,
     least_change,
 )
+from bgc.equations.inertias.audit import motion_without_inertia
 from bgc.equations.inertias.rank import _flows_left
 
 
@@ -89,3 +90,11 @@ def test_rows_determine_a_flow_once_those_before_it_are_known(rows, left):
     given = [{abs(k): k for k in row} for row in rows]
     flows = {k for row in given for k in row} if rows else {0, 1, 2}
     assert _flows_left(variables, given, flows) == left
+
+
+def test_what_rounded_data_leave_over_is_neither_a_row_nor_a_mass():
+    """Eleven digits leave 1e-11 of a coefficient, whose square is the mass that it moves."""
+    assert independent_rows([[1.0, 0.0], [0.0, 1e-11]], 1e-7) == [0]
+    assert independent_rows([[1.0, 0.0], [0.0, 1e-8]], 1e-7) == [0, 1]
+    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-27]], 1e-9) == [0.0, 1.0]
+    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-12]], 1e-9) is None
