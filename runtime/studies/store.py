@@ -107,14 +107,26 @@ class Store:
         group.attrs.update({**facts, "study": identity})
 
     def load(self, work: Work) -> None:
-        """Fill in what an earlier process wrote."""
-        status = self._group["status"][:]
-        work.values[:] = self._group["parameters"][:]
-        if work.rows is None:
-            work.reduced[:] = self._group["observables"][:]
-        else:
-            self._selection.fill(work.rows, self._group["rows"][:])
-        work.completed |= set(np.flatnonzero(status == _DONE).tolist())
+        """Fill in what an earlier process wrote; runs whose numbers are missing are to do.
+
+        Raises BgError: BG789 where an array is missing or cannot be read.
+        """
+        results = "observables" if work.rows is None else "rows"
+        try:
+            status, values, found = (
+                self._group[name][:] for name in ("status", "parameters", results)
+            )
+            work.values[:] = values
+            if work.rows is None:
+                work.reduced[:] = found
+            else:
+                self._selection.fill(work.rows, found)
+        except (OSError, KeyError, ValueError, RuntimeError) as problem:
+            reason = f"it is damaged ({problem})"
+            raise BgError([other_study(self.path, reason)]) from problem
+        there = np.isfinite(values).all(axis=1)
+        there &= np.isfinite(found).any(axis=tuple(range(1, found.ndim)))
+        work.completed |= set(np.flatnonzero((status == _DONE) & there).tolist())
         known = dict(self._group["failures"].attrs)
         for k in np.flatnonzero(status == _FAILED).tolist():
             code, message, way_out = known.get(str(k), ("BG700", "it failed", ""))

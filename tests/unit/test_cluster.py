@@ -135,6 +135,23 @@ def test_a_store_goes_on_where_it_was_interrupted_and_refuses_others(
         model.sweep(VARY, OBSERVE, store=tmp_path / "other.zarr")
 
 
+def test_a_damaged_store_is_refused_and_lost_numbers_are_computed_again(model, whole, tmp_path):
+    out = tmp_path / "study.zarr"
+    model.sweep(VARY, OBSERVE, store=out)
+    (numbers,) = (file for file in out.glob("observables/c/*/*"))
+    kept = numbers.read_bytes()
+    numbers.write_bytes(kept[:20])
+    with pytest.raises(BgError, match=r"BG789.*it is damaged"):
+        model.sweep(VARY, OBSERVE, store=out)
+    numbers.unlink()
+    found = model.sweep(VARY, OBSERVE, store=out)
+    equal(found, whole)
+    assert found.recalled == whole.status.count("failed")
+    (out / "status" / "zarr.json").unlink()
+    with pytest.raises(BgError, match=r"BG789.*it is damaged"):
+        model.sweep(VARY, OBSERVE, store=out)
+
+
 def test_a_full_disk_and_a_silent_scheduler_are_errors(model, monkeypatch, tmp_path):
     def full(self, *arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
