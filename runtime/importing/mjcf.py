@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -68,11 +71,30 @@ def read_mjcf(source: Source, notes: Notes) -> Robot:
     except ImportError:
         raise BgError([package_missing("mujoco", "MJCF", "mujoco")]) from None
     try:
-        spec = mujoco.MjSpec.from_file(source.name)
-        model = spec.compile()
+        with _messages(mujoco) as messages:
+            spec = mujoco.MjSpec.from_file(source.name)
+            model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as fault:
         raise BgError([_refused(source, str(fault))]) from None
+    for message in dict.fromkeys(" ".join(each.split()) for each in messages):
+        notes.add(left_out(root.span, f"MuJoCo warns: {message[:300]}", "correct it if it matters"))
     return _Mjcf(mujoco, spec, model, root, notes).read()
+
+
+@contextmanager
+def _messages(mujoco: Any) -> Iterator[list[str]]:
+    """Collect the warnings of MuJoCo: it prints them, and writes a log in the working folder."""
+    found: list[str] = []
+    shown: list[warnings.WarningMessage] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(found.append)
+    try:
+        with warnings.catch_warnings(record=True) as shown:
+            warnings.simplefilter("always", UserWarning)
+            yield found
+    finally:
+        mujoco.set_mju_user_warning(before)
+        found += [str(each.message) for each in shown]
 
 
 def _check_finite(root: Element) -> None:

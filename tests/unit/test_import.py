@@ -273,6 +273,14 @@ def test_mjcf_faults_are_named(tmp_path, text, codes):
     assert {code for code, _ in diagnosed(tmp_path, text, ".xml")} == codes
 
 
+def test_warnings_of_mujoco_are_diagnostics(tmp_path, monkeypatch, capfd):
+    """MuJoCo 4 warns of the attribute: on the terminal, and in a log in the working folder."""
+    pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    diagnosed(tmp_path, HINGE.format("", '<compiler settotalmass="1"/>'), ".xml")
+    assert capfd.readouterr().err == "" and not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
 def test_bond_graph_tools_model_has_its_equations(tmp_path):
     """BondGraphTools 0.4.6 derives these equations; the charge of C1 has the other sign."""
     file = tmp_path / "two_port.bg"
