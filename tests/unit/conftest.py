@@ -8,7 +8,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
@@ -245,3 +245,11 @@ def measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "measured"
     monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(folder))
     return folder
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium, and the page bundled from the sources of the tree."""
+    from chromium import launched  # needs Playwright, which most tests do not
+
+    yield from launched()

@@ -8,9 +8,8 @@ import time
 
 import numpy as np
 import pytest
+from chromium import CHROMIUM, View
 from click.testing import CliRunner
-from playwright import sync_api
-from test_view_page import ARGUMENTS, CHROMIUM, View
 
 import bgc
 from bgc.building.cache import open_cache
@@ -103,14 +102,6 @@ def live(file):
 
 
 # --- the page in a browser --------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield chromium
-        chromium.close()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
