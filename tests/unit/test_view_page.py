@@ -43,6 +43,25 @@ scene lift of Lift {
 """
 
 
+# How many plots a frame of 16 ms and one of 500 ms draw where the panel is high enough for all.
+TURNS = """() => {
+  const view = bgcView, { plots, before } = view, request = window.requestAnimationFrame;
+  window.requestAnimationFrame = () => 0;
+  plots.holder.getBoundingClientRect = () => ({ top: -1e4, bottom: 1e4 });
+  const drawn = (frame) => {
+    plots.waiting = [];
+    for (const plot of plots.list) plot.now = null;
+    [view.before, view.plotted] = [before, -Infinity];
+    view.loop(before + frame);
+    return plots.list.filter((plot) => plot.now !== null).length;
+  };
+  const found = [drawn(16), drawn(500)];
+  delete plots.holder.getBoundingClientRect;
+  [view.before, view.plotted, window.requestAnimationFrame] = [before, before, request];
+  return found;
+}"""
+
+
 class Served:
     """The command, with the address that it has printed."""
 
@@ -92,6 +111,8 @@ def test_a_live_run_is_seen_steered_and_found_again(browser, live):
     view.until("!bgcView.player.playing")
     stopped = view.ask("bgcView.store.last")
     assert view.ask("[...bgcView.row]")[0] != pytest.approx(1)
+    # Plots take turns where frames are quick; where they are slow, all show the same time.
+    assert page.evaluate(TURNS) == [1, 3]
     # A slider moves the load, which hangs lower.
     page.get_by_role("tab", name="Parameters").click()
     height = view.ask("bgcView.row[4]")

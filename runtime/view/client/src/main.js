@@ -20,6 +20,7 @@ import { Tabs } from "./tabs.js";
 import style from "./style.css";
 
 const PLOTTING = 70; // ms between two drawings of the plots
+const SPREAD = 140; // ms over whose frames the drawing of all plots in view is spread
 const SURVEYED = 12; // rows of a recorded run by which the camera is placed
 const STILL = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -385,7 +386,10 @@ class Page extends Playback {
 
   loop(now) {
     requestAnimationFrame((next) => this.loop(next));
-    const past = Math.min(0.1, (now - (this.before ?? now)) / 1000);
+    const frame = now - (this.before ?? now); // ms
+    const past = Math.min(0.1, frame / 1000);
+    // Where frames are slow, plots of one frame each would show times that are seconds apart.
+    const share = frame / SPREAD;
     this.before = now;
     this.advance(past);
     const time = this.shownTime();
@@ -401,18 +405,18 @@ class Page extends Playback {
     this.watch(now);
     if (now - this.plotted > PLOTTING) {
       this.plotted = now;
-      this.drawPlots(time);
-    } else this.plots.next();
+      this.drawPlots(time, share);
+    } else this.plots.next(share);
     this.frames++;
   }
 
-  drawPlots(time) {
+  drawPlots(time, share) {
     const last = Math.max(this.store.last, 0);
     const length = this.live ? this.description.duration ?? 10 : last;
     const end = this.live ? Math.max(1.02 * last, length / 6) : last || 1;
     this.showTime(time, last, end);
     const first = this.live && end > 120 * this.unit.factor && end > 2 * length ? Math.max(0, end - Math.max(length, 60)) : this.live ? 0 : this.store.first;
-    this.plots.update([first, end], this.row, time);
+    this.plots.update([first, end], this.row, time, share);
   }
 
   // Eases the drawing where frames take longer than 45 ms for a second.

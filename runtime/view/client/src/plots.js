@@ -281,6 +281,7 @@ export class Plots {
     this.holder = holder;
     this.description = description;
     this.waiting = [];
+    this.seen = 0;
     this.list = description.panels.map((panel) => new Plot(panel, description, store, seek));
     if (!this.list.length) holder.append(el("p", { class: "none" }, "The scene observes nothing."));
     holder.append(...this.list.map((plot) => plot.root));
@@ -292,23 +293,26 @@ export class Plots {
     for (const plot of this.list) plot.build(name, tick);
   }
 
-  // Takes what the plots in view are to show: one of them now, the others in the next frames.
-  update(span, row, now) {
+  // Takes what the plots in view are to show: a share of them now, the others in the next frames.
+  update(span, row, now, share) {
     const { top, bottom } = this.holder.getBoundingClientRect();
     const isSeen = ({ root }) => {
       const place = root.getBoundingClientRect();
       return place.bottom > top && place.top < bottom;
     };
     const seen = this.list.filter(isSeen);
+    this.seen = seen.length;
     const kept = Float32Array.from(row);
     // Those that have waited since the last call come first.
     const waiting = this.waiting.map(([plot]) => plot).filter((plot) => seen.includes(plot));
     const order = [...waiting, ...seen.filter((plot) => !waiting.includes(plot))];
     this.waiting = order.map((plot) => [plot, () => plot.update(span, kept, now)]);
-    this.next();
+    this.next(share);
   }
 
-  next() {
-    this.waiting.shift()?.[1]();
+  // Draws a share of the plots in view, at least one of those that wait.
+  next(share) {
+    const count = Math.max(1, Math.ceil(share * this.seen));
+    for (const [, draw] of this.waiting.splice(0, count)) draw();
   }
 }
