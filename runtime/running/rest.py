@@ -24,6 +24,7 @@ values below a tolerance, which decreases with the residuals, count as zero.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -48,6 +49,7 @@ _RELAXATIONS = 3  # in vain, of a whole search
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
 _HALVINGS = 25
 _FEWER_HALVINGS = 4
+_SMALL_PART = 1 / 8  # of a step
 _IDLE = 3  # steps along free directions that hardly come nearer to the declared start
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
@@ -234,26 +236,34 @@ class _Search(RestEquations):
         rank = 1.0  # factor of the tolerance of rank
         remaining = self.residuals(self.z)
         size = np.inf
+        settled: tuple[Array, float] | None = None  # the last point at rest, and its residual
         for _ in range(_FEWER_ITERATIONS if kept else _ITERATIONS):
             self.steps_left -= 1
             slope, starts = self.slopes(self.z)
             self.rows = row_scales(slope)
             scaled = remaining / self.rows
             size = float(np.abs(scaled).max(initial=0.0))
+            if size <= _AT_REST:
+                settled = self.z, size
             if size <= _ROUNDING or self.steps_left <= 0:
                 break
             basis = self._related(starts)[1] if kept else np.eye(len(self.z))
             matrix = (slope / self.rows[:, None]) @ basis
             left, values, right = np.linalg.svd(matrix, full_matrices=False)
             count = rank_of(values, rank * size)
-            step = -right[:count].T @ ((left[:, :count].T @ scaled) / values[:count])
-            found = self._tried(basis @ step, remaining)
+            inverse = -basis @ (right[:count].T / values[:count]) @ left[:, :count].T
+            left_over = scaled - left[:, :count] @ (left[:, :count].T @ scaled)
+            solved = float(np.linalg.norm(left_over)) <= 0.5 * float(np.linalg.norm(scaled))
+            found = self._tried(inverse, remaining, solved)
             if found is not None:
                 self.z, remaining = found
             elif size <= _AT_REST or rank < LEAST_RANK:
                 break
             else:
                 rank *= 0.01  # what was taken for a free direction may not be one
+        if size > _AT_REST and settled is not None:
+            self.z, size = settled
+            self.go(self.z)
         return float(size)
 
     def _related(self, starts: Array) -> tuple[Array, Array]:
@@ -321,19 +331,47 @@ class _Search(RestEquations):
             kept = others.T @ kept
         return kept
 
-    def _tried(self, step: Array, remaining: Array) -> tuple[Array, Array] | None:
-        """The largest part of a step that decreases the residuals."""
+    def _tried(self, inverse: Array, remaining: Array, solved: bool) -> tuple[Array, Array] | None:
+        """The largest part of a step that decreases the residuals, or what is left to go.
+
+        Stiff dampers make the scales of some rows large, so that small changes of other residuals
+        hide what decreases there. Where this leaves a small part of a step, all of which solves
+        the linear equations (`solved`), the next step with the same inverse is compared. It does
+        not depend on scales of rows (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004,
+        section 3.3).
+        """
+        step = inverse @ (remaining / self.rows)
         before = float(np.linalg.norm(remaining / self.rows))
+        to_go = float(np.linalg.norm(step))
+        fraction, found = self._damped(
+            step, lambda after, part: np.linalg.norm(after / self.rows) <= part * before, 0.0
+        )
+        if fraction < _SMALL_PART and solved and to_go > _STILL:
+            _, other = self._damped(
+                step,
+                lambda after, part: np.linalg.norm(inverse @ (after / self.rows)) <= part * to_go,
+                fraction,
+            )
+            found = found if other is None else other
+        if found is None:
+            self.go(self.z)
+        return found
+
+    def _damped(
+        self, step: Array, decreases: Callable[[Array, float], np.bool_], least: float
+    ) -> tuple[float, tuple[Array, Array] | None]:
+        """The largest part of a step, above `least`, that decreases a measure of the residuals."""
         fraction = 1.0
         for _ in range(_HALVINGS):
+            if fraction <= least:
+                break
             z = self.z + fraction * step
             with suppress(Undefined):
                 after = self.residuals(z)
-                if np.linalg.norm(after / self.rows) <= (1 - 0.1 * fraction) * before:
-                    return z, after
+                if decreases(after, 1 - 0.1 * fraction):
+                    return fraction, (z, after)
             fraction /= 2
-        self.go(self.z)
-        return None
+        return 0.0, None
 
     # --- the end ------------------------------------------------------------------------------
 

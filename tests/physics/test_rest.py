@@ -364,3 +364,65 @@ def test_a_way_that_is_not_followed_to_its_end_is_an_error(load: Load, monkeypat
     with pytest.raises(bgc.BgError) as caught:
         load("rest", "sliding").simulate(parameters={"x0": 5.0, "pull": 3.0})
     assert caught.value.diagnostics[0].code == "BG773"
+
+
+TWO_LINKS = """
+import arms.cells;
+
+model TwoLinks is Arm[2] {
+  port base in : Frame;
+  port tip out : Frame main;
+  port drives[2] out;
+  param q0[2] : rad = zeros(2);
+  foot   : J1;
+  link_1 : Link(angle0 = q0[1], mass = 3 kg, origin = [0, 0, 0.3 m], axes = quarter_x,
+    com = [0.1 m, 0.05 m, 0.02 m], inertia = diag([0.02, 0.03, 0.01]));
+  link_2 : Link(angle0 = q0[2], mass = 1.2 kg, origin = [0.3 m, 0, 0], axes = quarter_x,
+    com = [0.05 m, 0.1 m, -0.04 m], inertia = diag([0.03, 0.002, 0.008]));
+  flange : Mount(offset = [0, 0, 0.1 m]);
+  base -> foot -> link_1 -> link_2 -> flange -> tip;
+  shafts : Mux[1, 1];
+  link_1.shaft, link_2.shaft -> shafts -> drives;
+  output q[2] = [link_1.angle, link_2.angle];
+}
+
+scene held of ArmCell[2] {
+  use arm = TwoLinks;
+  use arm.link_2.joint.lock = Compliant[5];
+  set q0 = [0.3, 0.5];
+  observe servo.effort as torque, arm.q as q;
+  start rest vary servo.stretch0;
+  run 10 ms;
+}
+"""
+
+
+def test_a_stiff_lock_does_not_hide_what_soft_servos_carry(tmp_path: Path) -> None:
+    """Servos carry the slope of the potential energy, computed here by rotations.
+
+    The lock's damping makes rows of both links 1e10, and steps short that balance 2 N m there.
+    The tool's centre lies 5 cm beyond the flange.
+    """
+    path = tmp_path / "held.bg"
+    path.write_text(TWO_LINKS)
+    result = bgc.compile(path).simulate(0.01)
+
+    def turned(angle: float) -> np.ndarray:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, -s, 0], [0, 0, -1], [s, c, 0]])
+
+    def energy(first: float, second: float) -> float:
+        one = turned(first)
+        two = one @ turned(second)
+        elbow = one @ [0.3, 0, 0]
+        moments = 3 * (one @ [0.1, 0.05, 0.02]) + 1.2 * (elbow + two @ [0.05, 0.1, -0.04])
+        return float(9.81 * (moments + elbow + two @ [0, 0, 0.15])[2])
+
+    d = 1e-5
+    carried = [
+        (energy(0.3 + d, 0.5) - energy(0.3 - d, 0.5)) / (2 * d),
+        (energy(0.3, 0.5 + d) - energy(0.3, 0.5 - d)) / (2 * d),
+    ]
+    for k, angle in enumerate([0.3, 0.5]):
+        assert result[f"q[{k + 1}]"] == pytest.approx(angle, abs=1e-9)
+        assert result[f"torque[{k + 1}]"] == pytest.approx(carried[k], abs=1e-6)
