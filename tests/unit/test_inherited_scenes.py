@@ -115,6 +115,15 @@ def test_a_slot_filled_from_outside_drops_statements_as_an_extending_scene_does(
         elaborate(load_text(text), "base", uses=[("load", "Resistor")], observe=["load.coil.p"])
 
 
+def test_a_choice_that_does_not_fit_is_the_error():
+    text = f"{MODEL}{BASE.replace('observe', 'observe load.coil.p as flux; observe')}"
+    wrong = f"{text} scene s is base {{ use load = Resistor(L = 2); }}"
+    for scene, uses in (("base", [("load", "Resistor(L = 2)")]), ("s", [])):
+        with pytest.raises(BgError) as raised:
+            elaborate(load_text(wrong), scene, uses=uses)
+        assert [d.code for d in raised.value.diagnostics] == ["BG230"]
+
+
 def test_a_misspelt_part_is_still_an_error():
     base = BASE.replace("set voltage = 2;", "set laod.L = 3;")
     with pytest.raises(BgError):

@@ -114,7 +114,9 @@ def _is_missing(world: World, scene: Scene, path: syntax.Expr) -> bool:
     found: Member | Instance | Element | None = root.members.get(path.name)
     for step in reversed(steps):
         if isinstance(found, Pending):
-            found = world.builder.build(found)
+            pending, found = found, None
+            with world.report.collecting():  # a choice that does not fit is reported by itself
+                found = world.builder.build(pending)
         match found, step:
             case Instance(), syntax.Member(name=name):
                 if name not in found.members and name not in found.formals:
