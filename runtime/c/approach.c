@@ -9,20 +9,50 @@ static const double cubic_weight[2][4] = {
     {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
     {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
 };
+static const double outside_part = 0.25, inside_part = 0.1; /* of an interval between samples */
 static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
 
-/* The minimum of the parabola through three depths, if it is between the outer two and near the edge:
- * there the switch may leave its mode and return. Else a NaN. */
-double bgc_closest_approach(const double t[3], const double inside[3]) {
+/* The time of the minimum of the parabola through three depths, and its depth; a NaN and INFINITY where it
+ * has none. */
+double bgc_closest_approach(const double t[3], const double inside[3], double *least) {
     const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
     const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
     const double curvature = (right - left) / (t[2] - t[0]);
     const double at = 0.5 * (t[0] + t[1] - left / curvature);
-    const double least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
 
-    return curvature > 0.0 && at > t[0] && at < t[2] && least < 0.1 * fmax(inside[0], inside[2])
-               ? at
-               : (double)NAN;
+    *least = INFINITY;
+    if (!(curvature > 0.0)) {
+        return (double)NAN;
+    }
+    *least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
+    return at;
+}
+
+/* A point within three times that is close to a minimum at `at`, which may be a little before the step `t` or
+ * behind it: the parabola can miss by so much a minimum within. Else a NaN. */
+double bgc_point_within(const double times[3], double at, const double *t) {
+    const double first = times[1] - times[0], last = times[2] - times[1];
+
+    if (times[0] == t[0] && at <= times[0] && at > times[0] - outside_part * first) {
+        return times[0] + inside_part * first;
+    }
+    if (times[2] == t[BGC_SAMPLES] && at >= times[2] && at < times[2] + outside_part * last) {
+        return times[2] - inside_part * last;
+    }
+    return at > times[0] && at < times[2] ? at : (double)NAN;
+}
+
+/* Narrows three times with the depths there to those next to a point at which the switch has not left its mode. */
+void bgc_narrow(double times[3], double inside[3], double at, double depth) {
+    const int before = at < times[1], deeper = depth < inside[1];
+    const int outer = before == deeper ? 2 : 0; /* the end that is replaced */
+
+    if (deeper) {
+        times[outer] = times[1];
+        inside[outer] = inside[1];
+    }
+    times[deeper ? 1 : outer] = at;
+    inside[deeper ? 1 : outer] = depth;
 }
 
 /* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at

@@ -227,7 +227,9 @@ void bgc_enter_chains(const bgc_model *m, bgc_data *d);
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
 
 /* --- approach.c */
-double bgc_closest_approach(const double t[3], const double inside[3]);
+double bgc_closest_approach(const double t[3], const double inside[3], double *least);
+double bgc_point_within(const double times[3], double at, const double *t);
+void bgc_narrow(double times[3], double inside[3], double at, double depth);
 int bgc_is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z);
 int bgc_is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z);
 

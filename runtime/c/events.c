@@ -13,8 +13,10 @@
 #include <string.h>
 
 static const double negligible = 1e-3; /* effect of a kink on a step, relative to the tolerances */
+static const double near_part = 0.1;     /* depth of a minimum over those around it: it may be outside */
+static const double lower_part = 0.5;    /* depth of a minimum over that of a point: it is elsewhere */
 static const double least_part = 0.01; /* of a step, that has to be more than the rounding of times */
-enum { MOST_UNRESOLVED = 8 };
+enum { MOST_UNRESOLVED = 8, MOST_PROBES = 4 };
 
 /* --- location of the first event of a step --------------------------------------------------- */
 
@@ -302,32 +304,45 @@ static void ignore_negligible(const bgc_model *m, bgc_data *d, const double *lef
 }
 
 /* Whether switch k leaves its mode and returns between three times, by the arguments there, and this before
- * *found. If so, sets *found to the time of the event, which is after times[0], and d->after to the arguments
+ * *found. If so, sets *found to the time of the event, which is after `from[0]`, and d->after to the arguments
  * there. Sample i is the first behind the three. */
-static int finds_return(const bgc_model *m, bgc_data *d, int k, const double times[3],
+static int finds_return(const bgc_model *m, bgc_data *d, int k, const double from[3],
                         const double *const arguments[3], int i, const double *t,
                         const double *const *z, double *found) {
-    double inside[3], at;
+    double times[3], inside[3], least, at, depth;
     int low;
 
     for (int j = 0; j < 3; j++) {
+        times[j] = from[j];
         inside[j] = bgc_depth_of(m, d, k, arguments[j][k]);
     }
-    at = bgc_closest_approach(times, inside);
-    if (d->ignored[k] != 0.0 || !(at < *found)) {
+    at = bgc_closest_approach(times, inside, &least);
+    if (d->ignored[k] != 0.0 || !(least < near_part * fmax(inside[0], inside[2]))) {
         return 0;
     }
-    evaluate(m, d, ALONG_STEP, at, d->probe);
-    if (bgc_has_left(m, d, k, d->probe[k])) {
-        ignore_negligible(m, d, d->probe, at, i, t, z);
+    at = bgc_point_within(times, at, t);
+    for (int probes = 0; at < *found && probes < MOST_PROBES; probes++) {
+        evaluate(m, d, ALONG_STEP, at, d->probe);
+        depth = bgc_depth_of(m, d, k, d->probe[k]);
+        if (bgc_has_left(m, d, k, d->probe[k])) {
+            ignore_negligible(m, d, d->probe, at, i, t, z);
+        }
+        if (bgc_has_left(m, d, k, d->probe[k])) {
+            low = at < from[1] ? 0 : 1;
+            memcpy(d->after, d->probe, (size_t)m->n_switch * sizeof *d->after);
+            *found = locate_first(m, d, ALONG_STEP, from[low], at, arguments[low], d->after);
+            return 1;
+        }
+
+        /* The depth has a minimum elsewhere between these times if the parabola through this point falls far
+         * below it. */
+        bgc_narrow(times, inside, at, depth);
+        at = bgc_closest_approach(times, inside, &least);
+        if (d->ignored[k] != 0.0 || !(at > times[0] && at < times[2]) || !(least < lower_part * depth)) {
+            return 0;
+        }
     }
-    if (!bgc_has_left(m, d, k, d->probe[k])) {
-        return 0;
-    }
-    low = at < times[1] ? 0 : 1;
-    memcpy(d->after, d->probe, (size_t)m->n_switch * sizeof *d->after);
-    *found = locate_first(m, d, ALONG_STEP, times[low], at, arguments[low], d->after);
-    return 1;
+    return 0;
 }
 
 /* Searches between samples i - 2 and i for switches that leave their modes and return. If there is one,
