@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.rest_algebra import svd
 from bgc.runtime.running.structures import Status
 
 _LEAST = 1e-12  # of scaled rows and singular values: what is below counts as zero
@@ -108,7 +109,7 @@ class Relations:
         size[size < np.finfo(float).tiny] = 1.0  # a position that stays here keeps its value
         rows = moved / size[:, None]
         columns = np.abs(rows).max(axis=0)
-        left, values, _ = np.linalg.svd(rows[:, columns > 0] / columns[columns > 0])
+        left, values, _ = svd(rows[:, columns > 0] / columns[columns > 0])
         rank = int((values > _LEAST * values.max(initial=0.0)).sum())
         found = np.zeros((len(self.rows) - rank, len(y)))
         if len(found):

@@ -37,7 +37,7 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Relations, Undefined, orthonormal
-from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales
+from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales, svd
 from bgc.runtime.running.rest_equations import RestEquations, require_ok
 from bgc.runtime.running.structures import Status
 
@@ -55,6 +55,7 @@ _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
 _TORN = 1e-6  # of a state, in its scale: relations between positions do not hold
+_CHEAP = 100.0  # scale of a parameter that is varied: a step changes it before a state
 _UNMOVED = 1e-13  # of a state, in its scale: rounding
 _NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
 
@@ -247,9 +248,9 @@ class _Search(RestEquations):
                 settled = self.z, size
             if size <= _ROUNDING or self.steps_left <= 0:
                 break
-            basis = self._related(starts)[1] if kept else np.eye(len(self.z))
+            basis = self._steps(starts, kept)
             matrix = (slope / self.rows[:, None]) @ basis
-            left, values, right = np.linalg.svd(matrix, full_matrices=False)
+            left, values, right = svd(matrix, full=False)
             count = rank_of(values, rank * size)
             inverse = -basis @ (right[:count].T / values[:count]) @ left[:, :count].T
             left_over = scaled - left[:, :count] @ (left[:, :count].T @ scaled)
@@ -266,18 +267,34 @@ class _Search(RestEquations):
             self.go(self.z)
         return float(size)
 
-    def _related(self, starts: Array) -> tuple[Array, Array]:
-        """Changes of the relations between positions by z, and a basis of what keeps them."""
+    def _steps(self, starts: Array, kept: bool) -> Array:
+        """Steps of z to choose from, along the relations between positions or not.
+
+        The size of a step counts from the declared start, which moves with the parameters that are
+        varied: a spring that they stretch is then nearer than a crane that folds.
+        """
+        n, varied = self.size, len(self.z) - self.size
+        along = np.eye(n)
+        if kept:
+            self.go(self.z)
+            rows = self.relations.gradients(self.z[:n])
+            along = least(rows, np.zeros(len(rows)))[1]
+        upper = np.hstack([along, _CHEAP * starts])
+        lower = np.hstack([np.zeros((varied, along.shape[1])), _CHEAP * np.eye(varied)])
+        return np.vstack([upper, lower])
+
+    def _related(self, starts: Array) -> Array:
+        """Changes of the relations between positions by z."""
         self.go(self.z)
         rows = self.relations.gradients(self.z[: self.size])
-        changes = rows @ np.hstack([np.eye(self.size), -starts])
-        return changes, least(changes, np.zeros(len(rows)))[1]
+        changes: Array = rows @ np.hstack([np.eye(self.size), -starts])
+        return changes
 
     def _free(self) -> tuple[Array, Array, Array]:
         """Directions that no equation restores, and the matrices on which they depend."""
         slope, starts = self.slopes(self.z)
         rows = row_scales(slope)
-        _, values, right = np.linalg.svd(slope / rows[:, None], full_matrices=True)
+        _, values, right = svd(slope / rows[:, None])
         return right[rank_of(values, 0.0) :].T, slope, starts
 
     def _along(self) -> Array:
@@ -306,7 +323,7 @@ class _Search(RestEquations):
     def _unrelated(self, starts: Array) -> tuple[Array, Array]:
         """Changes of the relations between positions by z, and by how much they are violated."""
         off = self._off()
-        changes, _ = self._related(starts)
+        changes = self._related(starts)
         return changes, changes[:, : self.size] @ off
 
     def _towards_relations(self) -> tuple[Array, float]:
@@ -323,7 +340,7 @@ class _Search(RestEquations):
         the same rate. Their rows are orthonormal.
         """
         rows = row_scales(slope)
-        left, values, _ = np.linalg.svd(slope / rows[:, None])
+        left, values, _ = svd(slope / rows[:, None])
         kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
         if kept.size:
             kept = orthonormal(kept.T).T

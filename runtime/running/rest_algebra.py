@@ -15,6 +15,22 @@ def row_scales(slope: Array) -> Array:
     return np.where(largest > 0, largest, 1.0)
 
 
+def svd(matrix: Array, full: bool = True) -> tuple[Array, Array, Array]:
+    """Return U, the singular values and V' of a finite matrix.
+
+    Divide and conquer does not converge on few matrices whose entries differ by many orders of
+    magnitude, such as slopes from 1e-59 to 1 of a hydraulic crane: QR iterations take its place.
+    """
+    try:
+        found = np.linalg.svd(matrix, full_matrices=full)
+    except np.linalg.LinAlgError:
+        from scipy.linalg import svd as by_iterations  # slow to import, and seldom needed
+
+        found = by_iterations(matrix, full_matrices=full, lapack_driver="gesvd")
+    left, values, right = found
+    return left, values, right
+
+
 def rank_of(values: Array, size: float) -> int:
     """The number of singular values that count, where the residual is `size`."""
     largest = float(values.max(initial=0.0))
@@ -26,7 +42,7 @@ def least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Array
 
     Entries of the matrix have rounding errors of numbers of magnitude `size`.
     """
-    left, values, right = np.linalg.svd(matrix, full_matrices=True)
+    left, values, right = svd(matrix)
     count = int((values > 1e-9 * max(size, values.max(initial=0.0))).sum())
     x: Array = right[:count].T @ ((left[:, :count].T @ wanted) / values[:count])
     return x, right[count:].T

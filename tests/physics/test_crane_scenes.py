@@ -170,6 +170,14 @@ def test_a_scene_starts_at_rest_at_its_extremes(name):
         assert residual <= 1e-8 * result.counts["exchanged"], values
 
 
+def test_a_heavy_load_stretches_the_spring_that_holds_the_tip_and_folds_no_crane():
+    """Only `pilot.stretch0` is free: its spring carries m g, however far it is stretched."""
+    values = {"load.mass": 2e6}
+    rest = model("knuckle_boom").simulate(0.01, parameters=values).at_rest
+    assert {move.name for move in rest.moves} == {"pilot.spring.q[3]"}
+    assert rest.moves[0].after == pytest.approx(-2e6 * 9.81 / 4e5, rel=1e-9)
+
+
 # Scene, slot and what fills it: `use SLOT = TYPE;`, or `--use`.
 ANOTHER_PART = (
     ("compare_cranes", "vessel", "Quay"),
