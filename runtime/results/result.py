@@ -176,9 +176,9 @@ class Result(Mapping[str, Array]):
             return self.columns[name]
         if name == "time":
             return self.time
-        if column_of(name) in self.columns:
+        if isinstance(name, str) and column_of(name) in self.columns:
             return self.columns[column_of(name)]
-        if parts := self._components(name):
+        if isinstance(name, str) and (parts := self._components(name)):
             return np.column_stack([self.columns[part] for part in parts])
         raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
 

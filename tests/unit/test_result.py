@@ -64,6 +64,9 @@ def test_unknown_columns_are_key_errors_that_suggest(result):
     assert "`force`" in error.value.diagnostics[0].help
     assert isinstance(error.value, KeyError)
     assert str(error.value).startswith("BG065: the result has no column `fource`")
+    with pytest.raises(UnknownColumn) as error:
+        result[0]
+    assert '["tip[2]"][k]' in error.value.diagnostics[0].help
 
 
 # --- files ----------------------------------------------------------------------------------

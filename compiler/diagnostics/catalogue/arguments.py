@@ -224,7 +224,7 @@ def bad_assignment(text: str, example: str) -> Diagnostic:
     return error("BG064", f"`{option}` is given {problem}", help=f"write `{example}`")
 
 
-def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:
+def unknown_column(name: object, known: Iterable[str]) -> Diagnostic:
     """BG065: a column that the result does not have
 
     What: the result has no observed quantity of that name.
@@ -237,11 +237,16 @@ def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:
     """
     known = list(known)
     columns = ", ".join(f"`{column}`" for column in known[:12])
+    if isinstance(name, str):
+        way_out = did_you_mean(name, known) or f"add `observe {name};` to the scene"
+    else:
+        example = known[0] if known else "NAME"
+        way_out = f'write `["{example}"]`; of many runs, `["{example}"][k]` is that of run k'
     return error(
         "BG065",
         f"the result has no column `{name}`",
         note=f"observed: {columns}{', ...' if len(known) > 12 else ''}" if known else "",
-        help=did_you_mean(name, known) or f"add `observe {name};` to the scene",
+        help=way_out,
     )
 
 
