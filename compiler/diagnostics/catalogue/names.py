@@ -80,7 +80,7 @@ def unknown_domain(
     Why: a domain gives a port its width, its units and the signals that it carries.
     Example: `port tip out : Fram;`
     Way out: correct the name, import the file that declares it, or omit the domain: the port then
-    takes it from its bonds. `library` has the domains of the library, each with its module.
+    takes it from its bonds. The message lists the domains of the library.
     """
     candidates = list(candidates)
     help, edits = did_you_mean(name, candidates), respelt(span, name, candidates)
