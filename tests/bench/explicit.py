@@ -9,40 +9,16 @@ quantity; with `--all` also the others. It also prints each run that warns of ro
 
 from __future__ import annotations
 
-import re
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 
-import numpy as np
+from measured_models import error_of, models, scenes
 
-import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
 
-ROOT = Path(__file__).parents[2]
 FOLDERS = ("library/scenes", "library/examples", "tests/models/ivp", "tests/models")
-LONGEST = 10.0  # s of a scene outside the published problems
 REPEATS = 3
-
-
-def scenes() -> Iterator[tuple[Path, str]]:
-    """All files with their scenes."""
-    for folder in FOLDERS:
-        for file in sorted((ROOT / folder).glob("*.bg")):
-            for scene in re.findall(r"^scene (\w+)", file.read_text(), re.MULTILINE):
-                yield file, scene
-
-
-def error_of(result: Result, reference: Result) -> float:
-    """The largest error over the observed quantities, relative to their ranges."""
-    worst = 0.0
-    for name in reference:
-        spread = float(np.ptp(reference[name]))
-        if name not in reference.accounts.values() and spread > 0:
-            worst = max(worst, float(np.abs(result[name] - reference[name]).max()) / spread)
-    return worst
 
 
 def timed(model: Model, duration: float, **options: object) -> tuple[Result, float]:
@@ -88,18 +64,8 @@ def examine(name: str, model: Model, duration: float, everything: bool) -> None:
 def main(arguments: list[str]) -> None:
     everything = "--all" in arguments
     chosen = [text for text in arguments if text != "--all"]
-    for file, scene in scenes():
-        name = f"{file.stem}: {scene}"
-        if chosen and not any(text in name for text in chosen):
-            continue
-        try:
-            model = bgc.compile(file, scene=scene)
-        except BgError:
-            continue  # a test's model that needs a choice
-        duration = model.facts.duration
-        if duration is not None:
-            published = file.parent.name == "ivp"
-            examine(name, model, duration if published else min(duration, LONGEST), everything)
+    for name, model, duration in models(scenes(FOLDERS), chosen):
+        examine(name, model, duration, everything)
 
 
 if __name__ == "__main__":

@@ -13,31 +13,29 @@ steps cannot pay run by `rodas5p` alone, and have no row, unless `--all` is give
 
 from __future__ import annotations
 
-import re
 import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from growing import text_of
+from measured_models import Source, error_of, models, scenes
 
-import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.emission.explicit_cost import attempt_operations, stage_operations
 from bgc.emission.factorisation import factor_share
 from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
 
-ROOT = Path(__file__).parents[2]
 FOLDERS = ("library/scenes", "library/examples", "tests/models/ivp")
 MECHANISMS = (
     "crane:2", "crane:4", "crane:8", "arm:3", "arm:6", "arm:12", "arm:24", "tree:7", "tree:15",
     "slides:6", "mixed:6", "chain:100", "circuit:100", "grid:10", "motors:20", "ladder:50",
 )  # fmt: skip
 TOLERANCES = (1e-3, 1e-4, 1e-6)
-LONGEST = 10.0  # s of a scene outside the published problems
 MOST_STEPS = 300_000  # of dopri5 by a bound on stability: stiffer models run without it
 STABLE = 3.3  # step of dopri5 times the spectral radius
 METHODS = ("switching", "rodas5p", "dopri5")
@@ -76,41 +74,13 @@ class Weights:
         return called + self.attempt * (counts["steps"] + counts["rejected"])
 
 
-def models(chosen: list[str]) -> Iterator[tuple[str, Model, float]]:
-    """Name, compiled model and s of a run, of what has one of the names in its own."""
-    for name, path, scene in _sources():
-        if chosen and not any(text in name for text in chosen):
-            continue
-        try:
-            model = bgc.compile(path, scene=scene)
-        except BgError:
-            continue  # a test's model that needs a choice
-        duration = model.facts.duration
-        if duration is not None:
-            published = path.parent.name == "ivp"
-            yield name, model, duration if published else min(duration, LONGEST)
-
-
-def _sources() -> Iterator[tuple[str, Path, str | None]]:
-    for folder in FOLDERS:
-        for file in sorted((ROOT / folder).glob("*.bg")):
-            for scene in re.findall(r"^scene (\w+)", file.read_text("utf-8"), re.MULTILINE):
-                yield f"{file.stem}: {scene}", file, scene
+def mechanisms() -> Iterator[Source]:
+    """The mechanisms of `growing.py`, in files that last as long as the iteration."""
     with tempfile.TemporaryDirectory() as folder:
         for name in MECHANISMS:
             path = Path(folder) / f"{name.replace(':', '_')}.bg"
             path.write_text(text_of(name), "utf-8")
             yield name, path, None
-
-
-def error_of(result: Result, reference: Result) -> float:
-    """The largest error over the observed quantities, relative to their ranges."""
-    worst = 0.0
-    for name in reference:
-        spread = float(np.ptp(reference[name]))
-        if name not in reference.accounts.values() and spread > 0:
-            worst = max(worst, float(np.abs(result[name] - reference[name]).max()) / spread)
-    return worst
 
 
 def solved(model: Model, duration: float, method: str, rtol: float) -> Result | None:
@@ -157,7 +127,8 @@ def main(arguments: list[str]) -> None:
     everything = "--all" in arguments
     rows: list[tuple[float, str]] = []
     print(f"{'':36} {'rtol':6} {'cost':5} {' '.join(f'{each:>7.7}' for each in METHODS)}  errors")
-    for name, model, duration in models([text for text in arguments if text != "--all"]):
+    chosen = [text for text in arguments if text != "--all"]
+    for name, model, duration in models(chain(scenes(FOLDERS), mechanisms()), chosen):
         if everything or model.library.explicit_cost > 0.0:
             rows += examine(name, model, duration)
     print("\nWorst:")
