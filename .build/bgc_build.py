@@ -111,7 +111,7 @@ def source_digest() -> str:
 
 
 def is_of_sources(bundle: str, digest: str) -> bool:
-    """Whether the text of a bundle was made from sources with this digest."""
+    """Return whether a bundle ends with the mark of this digest of its sources."""
     return bundle.endswith(_mark(digest))
 
 

@@ -393,9 +393,9 @@ class _Search(RestEquations):
     # --- the end ------------------------------------------------------------------------------
 
     def _torn(self) -> bool:
-        """Whether relations between positions do not hold at z, though nothing contradicts them.
+        """Return whether z violates relations between positions, and no held value causes this.
 
-        Poses of a closed chain depend on each other: its own conditions keep it together.
+        A closed chain is left out: its own conditions keep it together.
         """
         _, closing, _ = self.resting.chain_rows()
         if self.held or closing.size:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from bgc.building.built import Built
 from bgc.options import Options
@@ -15,6 +15,8 @@ from bgc.runtime.view.description import Description
 from bgc.runtime.view.live import LiveRun
 
 _Taken = TypeVar("_Taken")
+Post = Callable[[dict[str, Any]], None]
+"""Queue of commands that takes an answer, `built_graph` or `built_model`, from another thread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +49,25 @@ class Exchange(Generic[_Taken]):
         self._prepare = prepare
         self._aside = Aside()
 
-    def graph(self, done: Callable[[Answer], None]) -> None:
-        """Compile the present scene with meters; `done` is called in another thread."""
-        self._ask("graph", self._options, done)
+    def graph(self, post: Post) -> None:
+        """Compile the present scene with meters, unless something is being compiled."""
+        if not self.busy:
+            self._ask("graph", self._options, post)
 
-    def model(self, slot: str, part: str, done: Callable[[Answer, Options], None]) -> None:
-        """Compile the scene with another part in a slot; `done` gets its options too."""
+    def model(self, slot: str, part: str, post: Post) -> None:
+        """Compile the scene with another part in a slot."""
         inner = f"{slot}."
         uses = self._options.uses
         kept = [use for use in uses if use[0] != slot and not use[0].startswith(inner)]
         options = replace(self._options, uses=(*kept, (slot, part)))
-        self._ask("model", options, lambda answer: done(answer, options))
+        self._ask("model", options, post)
 
-    def _ask(self, kind: str, options: Options, done: Callable[[Answer], None]) -> None:
+    def _ask(self, kind: str, options: Options, post: Post) -> None:
         self.busy = kind
+
+        def done(answer: Answer) -> None:
+            post({"type": f"built_{kind}", "answer": answer, "options": options})
+
         self._aside.ask(Request(kind, self._path, options), done)
 
     def take(self, built: Built, options: Options) -> _Taken:

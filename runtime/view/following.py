@@ -202,19 +202,12 @@ class LoopFollower:
         """Compile the scene with its graph, whose description has the slots."""
         if self._slots is not None:
             self._publish("graph", self._slots)
-        elif self._exchange is not None and not self._exchange.busy:
-            self._exchange.graph(lambda answer: self._post("built_graph", answer=answer))
+        elif self._exchange is not None:
+            self._exchange.graph(self._commands.put)
 
     def _on_use(self, command: Mapping[str, Any]) -> None:
         if self._exchange is not None:
-            self._exchange.model(
-                command["slot"],
-                command["part"],
-                lambda answer, options: self._post("built_model", answer=answer, options=options),
-            )
-
-    def _post(self, kind: str, **content: Any) -> None:
-        self._commands.put({"type": kind, **content})
+            self._exchange.model(command["slot"], command["part"], self._commands.put)
 
     def _on_built_graph(self, command: Mapping[str, Any]) -> None:
         self._slots = {**self._taken(command["answer"]).description, "absent": []}
@@ -233,7 +226,7 @@ class LoopFollower:
         return answer.result
 
     def _guard(self, work: Callable[[], None]) -> None:
-        """Do work; the page is told why it was refused, and the loop goes on."""
+        """Do work. If it fails, publish the reason as a fault; the loop continues."""
         time = self._reported
         try:
             work()
@@ -244,7 +237,7 @@ class LoopFollower:
 
 
 def _loop_state(report: Report) -> dict[str, Any]:
-    """What the page says of a loop: a few words, and the lines of its report."""
+    """The state of a loop for its page: a short label, and the lines of its report."""
     if not report.is_running:
         words = "the loop has ended"
     elif report.released:

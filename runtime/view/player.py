@@ -230,23 +230,15 @@ class Player:
     def _on_graph(self, command: Mapping[str, Any]) -> None:
         if self._graph is not None:
             self._publish("graph", self._graph)
-        elif self._exchange is not None and not self._exchange.busy:
-            self._exchange.graph(lambda answer: self._post("built_graph", answer=answer))
+        elif self._exchange is not None:
+            self._exchange.graph(self._commands.put)
 
     def _on_watch(self, command: Mapping[str, Any]) -> None:
         self._is_watched = command["value"]
 
     def _on_use(self, command: Mapping[str, Any]) -> None:
-        if self._exchange is None:
-            return
-        self._exchange.model(
-            command["slot"],
-            command["part"],
-            lambda answer, options: self._post("built_model", answer=answer, options=options),
-        )
-
-    def _post(self, kind: str, **content: Any) -> None:
-        self._commands.put({"type": kind, **content})
+        if self._exchange is not None:
+            self._exchange.model(command["slot"], command["part"], self._commands.put)
 
     def _built(self, answer: Answer) -> bool:
         """Take the answer of a compilation beside the run; False where it failed."""

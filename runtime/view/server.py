@@ -36,7 +36,7 @@ _CLOSING: Final = 0.2  # s
 
 
 class Steered(Protocol):
-    """What the pages steer: the player of a live run, or a loop in real time."""
+    """A run that obeys commands of pages: the player of a live run, or a loop in real time."""
 
     @property
     def state(self) -> dict[str, Any]:

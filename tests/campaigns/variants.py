@@ -211,7 +211,7 @@ def _rates(instance) -> np.ndarray:
 
 
 def _is_constant(model: bgc.Model, begin, values: dict[str, float]) -> bool:
-    """Whether the rates vanish at a later time, too: no wave, command or hand moves the scene."""
+    """Return whether the rates vanish at a later time too: nothing in the scene depends on time."""
     later = model.instance_at(begin.state.copy(), SHORT, values)
     return bool(np.abs(_rates(later)).max(initial=0.0) < RATE)
 

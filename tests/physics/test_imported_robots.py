@@ -268,7 +268,7 @@ def test_a_robot_is_held_by_the_derivatives_of_its_potential_energy(tmp_path):
 
 
 def test_the_mass_matrix_is_that_of_the_linear_form(tmp_path):
-    """The efforts of `free` act against the drives, so that C B is -M^-1, as the manual says."""
+    """Efforts of `free` oppose the drives: C B is -M^-1, the sign that the manual gives."""
     pin = pytest.importorskip("pinocchio")
     file, path = tmp_path / "arm.urdf", tmp_path / "arm.bg"
     file.write_text(ARM.replace("iyy", 'ixy="0" ixz="0" iyz="0" iyy'))  # urdfdom needs all six

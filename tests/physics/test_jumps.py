@@ -44,7 +44,7 @@ def test_a_bouncing_ball(load, solver, options, floor):
 
 
 def test_what_jumps_take_counts_where_no_other_account_is_observed(load):
-    """It is the change of the stored energy, of which the scene has no column."""
+    """A jump dissipates what it takes from the stored energy, which this scene does not observe."""
     taken = load("jumps", "taken").simulate()["energy.dissipated"]
     exact = [sum(G * 0.64**k for k in range(bounces(t, 0.8, 0)[2])) for t in np.arange(0, 2, 0.01)]
     np.testing.assert_allclose(taken[:-1], np.array(exact) * (1 - 0.64), atol=1e-11)
