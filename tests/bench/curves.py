@@ -6,9 +6,9 @@
 
 The points are in `curves.csv`: measuring everything begins a new file, whose points are of one
 machine and one run, and measuring a part replaces its points. The page, `benchmarks.md` with its
-plots, goes to the folder `--out`. Everything takes 25 minutes on one processor. The rules of each
-comparison stand at the top of `growth.py`, `arm_peers.py` and of the functions below. Peers that
-are missing have no points; `run.py` says how to install them.
+plots, goes to the folder `--out`. Everything takes a quarter of an hour on one processor. The
+rules of each comparison stand at the top of `growth.py`, `arm_peers.py` and of the functions
+below. Peers that are missing have no points; `run.py` says how to install them.
 """
 
 from __future__ import annotations
