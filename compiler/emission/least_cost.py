@@ -11,7 +11,7 @@ from bgc.emission.implicit_speeds import implicit_forms
 from bgc.emission.optimise import number_values
 from bgc.emission.print_lu import solve_operations
 from bgc.emission.sparse import mass_places, plan_lu, plan_pattern
-from bgc.emission.timed_terms import find_timed_terms
+from bgc.emission.timed_terms import find_timed_terms, with_rates
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, LuPlan, Switch
 from bgc.ir.program import MassEntry, Program
@@ -99,10 +99,18 @@ def _optimised(
     Also returns the terms of time alone, each followed by its derivative.
     """
     timed = tuple(chain.from_iterable(find_timed_terms(program, switches)))
+    switches = with_rates(program, switches)
+    rates = (switch.rate for switch in switches if switch.rate is not None)
     others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
-    others += timed
-    dag, new = number_values(program.dag, (*program_roots(program), *others))
-    switches = tuple(replace(switch, argument=new[switch.argument]) for switch in switches)
+    dag, new = number_values(program.dag, (*program_roots(program), *others, *rates, *timed))
+    switches = tuple(
+        replace(
+            switch,
+            argument=new[switch.argument],
+            rate=None if switch.rate is None else new[switch.rate],
+        )
+        for switch in switches
+    )
     kept = [
         (row, column, new[node])
         for row, column, node in zip(jacobian.rows, jacobian.columns, jacobian.entries, strict=True)

@@ -234,9 +234,11 @@ def range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
 
 def timed_range_kernel(switches: tuple[Switch, ...]) -> Kernel | None:
     """The kernel of the timed switches, for interval arithmetic; None if there are none."""
-    purpose = "Ranges of the arguments of switches that depend on time alone."
-    timed = [switch.argument for switch in switches if switch.timed]
-    return _kernel("timed_ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
+    purpose = "Ranges of the arguments of switches of time alone, and of their derivatives by time."
+    pairs = [(switch.argument, switch.rate) for switch in switches if switch.timed]
+    nodes = enumerate(node for pair in pairs for node in pair)
+    made = [Store("b", place, node) for place, node in nodes if node is not None]
+    return _kernel("timed_ranges", purpose, "h t u", "b", made) if made else None
 
 
 def stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:

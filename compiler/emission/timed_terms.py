@@ -12,9 +12,11 @@ many components is far wider than its values. Terms that are linear in time need
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import directional_derivative
+from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Switch
 from bgc.ir.program import Program
@@ -40,6 +42,28 @@ def find_timed_terms(program: Program, switches: Iterable[Switch]) -> tuple[Time
             if dag.level[rate] > Level.PARAM:
                 terms[term] = rate
     return tuple(terms.items())
+
+
+def with_rates(program: Program, switches: Iterable[Switch]) -> tuple[Switch, ...]:
+    """Timed switches with the derivatives of their arguments, where these do not jump.
+
+    With its derivative the range of an argument is far narrower (`runtime/c/ahead.c`). The
+    derivatives are added to the program's DAG.
+    """
+    dag = program.dag
+    direction = {dag.symbol(Kind.TIME): dag.one}
+    return tuple(
+        replace(switch, rate=directional_derivative(dag, switch.argument, direction))
+        if switch.timed and not _jumps(dag, switch.argument)
+        else switch
+        for switch in switches
+    )
+
+
+def _jumps(dag: Dag, argument: Node) -> bool:
+    """Whether an argument may jump: it contains an operation that does, kinks apart."""
+    rows = (ROWS[dag.op[node]] for node in dag.reachable([argument]))
+    return any(row.jump is not None and not row.kink for row in rows)
 
 
 def _moving(dag: Dag, roots: Iterable[Node]) -> frozenset[Node]:

@@ -131,6 +131,7 @@ class Switch:
     place: Span | None  # of the operation in the source
     states: tuple[str, ...]  # names of the states in the argument
     of_jump: bool = False  # the condition of a jump depends on it
+    rate: Node | None = None  # by time, of a timed one whose argument does not jump
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +140,8 @@ class Lowered:
 
     `blocks` is the plan by which a single instance factorises W, where blocks of rows are faster
     than code or tables of single entries. `ranges` and `timed_ranges` are evaluated in interval
-    arithmetic: of the first, b[2 k] is term k, b[2 k + 1] its derivative.
+    arithmetic: b[2 k] is term or argument k, b[2 k + 1] its derivative by time; of an argument that
+    jumps there is none.
     """
 
     program: Program
@@ -150,7 +152,7 @@ class Lowered:
     kernels: tuple[Kernel, ...]
     watches: tuple[tuple[Watch, Node], ...] = ()  # functions that may hide pulses, and arguments
     ranges: Kernel | None = None  # of the terms of time alone and their derivatives
-    timed_ranges: Kernel | None = None  # of the arguments of switches of time alone
+    timed_ranges: Kernel | None = None  # of the arguments of switches of time alone, the same
     blocks: BlockPlan | None = None
 
     @property

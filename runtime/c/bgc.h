@@ -228,8 +228,9 @@ typedef struct bgc_model {
     /* those of the timed ones alone; NULL where these are none or all. */
     void (*timed_switches)(const double *h, double t, const double *x, const double *u, double *z,
                            double *w);
-    /* Ranges of the arguments of the timed ones over a range of times: b[k] of switch k; an infinite range is
-     * not known. NULL if there are none. */
+    /* Ranges over a range of times of the arguments of the timed ones, b[2 k], and of their derivatives by time,
+     * b[2 k + 1], which stay as they are where an argument jumps; an infinite range is not known. NULL if there
+     * are none. */
     void (*timed_ranges)(const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w);
     /* assertion k holds where a[k] is defined and not 0. */
     void (*asserts)(const double *h, double t, const double *x, const double *u, double *a,

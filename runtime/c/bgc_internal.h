@@ -263,11 +263,19 @@ void bgc_judge_turned(const bgc_model *m, bgc_data *d, const double *const *z);
 bgc_status bgc_jump(const bgc_model *m, bgc_data *d, const double *before, double whole);
 
 /* --- events.c */
+void bgc_evaluate_timed(const bgc_model *m, bgc_data *d, double t, double *z);
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
 
 /* --- ahead.c */
+
+/* What the switches of time alone do in a step: all stay within their modes, one leaves its mode, or ranges
+ * cannot tell. */
+typedef enum { BGC_STAYS, BGC_LEAVES, BGC_UNDECIDED } bgc_outlook;
+
+bgc_outlook bgc_look_ahead(const bgc_model *m, bgc_data *d, double from, double to, double *inside,
+                           double *outside);
 void bgc_forget_quiet(bgc_data *d);
 
 /* --- ranges.c */

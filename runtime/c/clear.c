@@ -93,13 +93,18 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
 
 /* Marks the switches that are clear of the edge of their mode, by the arguments z at the start of a step and
  * its first samples: farther away than they vary, or constant within their mode, be it on the edge (a
- * valve that rests on its seat). Returns whether all are. */
+ * valve that rests on its seat); and those of time alone that stay within their modes (ahead.c). Returns
+ * whether all are. */
 int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
     const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
     const double *z3 = z[bgc_first_sample[2]];
+    const int first = d->core.skipped ? m->n_timed : 0;
     int all_clear = 1;
 
-    for (int k = 0; k < m->n_switch; k++) {
+    for (int k = 0; k < first; k++) {
+        d->ignored[k] = bgc_marked_clear;
+    }
+    for (int k = first; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const double mode = d->mode[k], all = z[0][k] + z1[k] + z2[k] + z3[k];
         const double low = smaller(smaller(z[0][k], z1[k]), smaller(z2[k], z3[k]));

@@ -24,14 +24,19 @@ enum { MOST_UNRESOLVED = 8, MOST_PROBES = 4 };
  * alone, with the present state. Only the states that they read are interpolated. */
 typedef enum { ALONG_STEP, TIME_ALONE } route;
 
+/* The arguments of the switches of time alone. */
+void bgc_evaluate_timed(const bgc_model *m, bgc_data *d, double t, double *z) {
+    (m->timed_switches != NULL ? m->timed_switches : m->switches)(d->h, t, d->x, d->u, z, d->work);
+}
+
 static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
     const double *x = d->x;
 
-    if (way == TIME_ALONE && m->timed_switches != NULL) {
-        m->timed_switches(d->h, t, x, d->u, z, d->work);
+    if (way == TIME_ALONE) {
+        bgc_evaluate_timed(m, d, t, z);
         return;
     }
-    if (way == ALONG_STEP && m->n_timed < m->n_switch) {
+    if (m->n_timed < m->n_switch) {
         if (m->n_switch_state > 0) {
             bgc_interpolate_some(m, d, t, m->n_switch_state, m->switch_state, d->point);
         } else {
@@ -151,15 +156,32 @@ static void catch_up(const bgc_model *m, bgc_data *d) {
     }
 }
 
+/* Whether a switch of time alone has left its mode at the end of a step, with its arguments in z: a bracket of
+ * the event. */
+static int leaves_by_end(const bgc_model *m, bgc_data *d, double end, double *inside, double *outside) {
+    double *z = sample_place(m, d, BGC_SAMPLES);
+
+    evaluate(m, d, TIME_ALONE, end, z);
+    *inside = d->core.t;
+    *outside = end;
+    for (int k = 0; k < m->n_timed; k++) {
+        if (bgc_is_outside(m, d, k, z[k])) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* The end of a step: `end`, or the first event before it of a switch that depends on time alone. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
-    double *z = sample_place(m, d, BGC_SAMPLES);
-    int left = 0;
+    double *z = sample_place(m, d, BGC_SAMPLES), inside, outside;
+    bgc_outlook outlook;
 
     if (m->n_timed == 0) {
         return end;
     }
-    if (bgc_stays_quiet(m, d, end)) {
+    outlook = bgc_look_ahead(m, d, d->core.t, end, &inside, &outside);
+    if (outlook == BGC_STAYS) {
         d->core.skipped = 1;
         d->core.event = d->core.near_edge = 0;
         return end;
@@ -167,15 +189,13 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     if (d->core.skipped) {
         catch_up(m, d);
     }
-    evaluate(m, d, TIME_ALONE, end, z);
-    for (int k = 0; !left && k < m->n_timed; k++) {
-        left = bgc_is_outside(m, d, k, z[k]);
-    }
-    if (!left) {
+    if (outlook == BGC_UNDECIDED && !leaves_by_end(m, d, end, &inside, &outside)) {
         return end;
     }
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
-    return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, z);
+    evaluate(m, d, TIME_ALONE, inside, d->after);
+    evaluate(m, d, TIME_ALONE, outside, z);
+    return locate_first(m, d, TIME_ALONE, inside, outside, d->after, z);
 }
 
 /* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. Where

@@ -157,6 +157,8 @@ typedef struct {
     double quiet_from, quiet_to;
     double quiet_ahead; /* steps of the next window */
     int skipped_tries;  /* steps before the next window is tried */
+    int undecided;      /* steps that are left to samples since ranges could not tell, */
+    int undecided_left; /* and those that are still to come */
     int skipped;        /* the arguments of switches of time alone are not those of the present */
 
     /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
@@ -277,7 +279,7 @@ struct bgc_data {
     double *watch_sample;   /* (BGC_SAMPLES + 1) n_watch: watched arguments */
     double *watch_probe;    /* n_watch */
     bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
-    bgc_range *timed_range; /* n_timed: of each argument of a switch of time alone */
+    bgc_range *timed_range; /* 2 n_timed: of each argument of a switch of time alone, and its derivative */
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
     double *sparse_work;    /* 2 n_unknowns: elimination by tables */

@@ -138,7 +138,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->watch_sample = place(&l, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
     d->watch_probe = place(&l, (size_t)m->n_watch);
     d->term_range = place_ranges(&l, 2 * m->n_term);
-    d->timed_range = place_ranges(&l, m->timed_ranges != NULL ? m->n_timed : 0);
+    d->timed_range = place_ranges(&l, m->timed_ranges != NULL ? 2 * m->n_timed : 0);
     d->around = place(&l, (size_t)m->n_term);
     d->widest = place(&l, (size_t)m->n_term);
 

@@ -2,7 +2,8 @@
 #include "bgc_internal.h"
 #include "bgc_ranges.h"
 
-/* Ranges of h and u: modes are left open, so that operations are evaluated. */
+/* Ranges of h and u: modes are left open, so that operations are evaluated. Derivatives that a model does not
+ * give are unknown. */
 static void load_ranges(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_hoist; k++) {
         d->h_range[k] = bgc_range_of(d->h[k]);
@@ -12,6 +13,9 @@ static void load_ranges(const bgc_model *m, bgc_data *d) {
     }
     for (int k = 0; k < m->n_switch; k++) {
         d->u_range[m->n_input + k] = bgc_range_of((double)NAN);
+    }
+    for (int k = 0; k < m->n_timed && m->timed_ranges != NULL; k++) {
+        d->timed_range[2 * k + 1] = bgc_range_unknown();
     }
 }
 

@@ -20,9 +20,6 @@ static inline double bgc_value_of(int operation, double z) {
     return isnan(z) ? z : bgc_result(operation, z);
 }
 
-/* ahead.c */
-int bgc_stays_quiet(const bgc_model *m, bgc_data *d, double end);
-
 /* Whether switch k is left to error control until the run ends. */
 static inline int bgc_is_given_up(const bgc_data *d, int k) { return isinf(d->returns[k]); }
 

@@ -24,15 +24,33 @@ def test_peaks_of_a_function_of_time_count_from_where_they_pass_the_level(load, 
     assert result["x"][-1] == pytest.approx(exact, rel=1e-7)
 
 
-def test_peaks_count_wherever_they_lie_in_a_step(load):
-    """A peak beside the end of a step, and one narrower than the error of a parabola."""
+def drawn(count):
+    """Parameters of narrow peaks, and the times for which each is above its level in 10 s."""
     rng = np.random.default_rng(1)
-    for _ in range(20):
-        level, frequency = 1 - 10 ** rng.uniform(-8, -2), 10 ** rng.uniform(0, 1.5)
-        phase = rng.uniform(0, 6)
-        values = {"level": level, "frequency": frequency, "phase": phase}
-        found = load("pulses", "peaks").simulate(solver="rodas5p", parameters=values)["x"][-1]
-        half = math.acos(level) / frequency
-        peaks = (math.pi / 2 + 2 * math.pi * np.arange(60) - phase) / frequency
-        within = np.minimum(peaks + half, 10) - np.maximum(peaks - half, 0)
-        assert found == pytest.approx(1000 * within[within > 0].sum(), rel=1e-6), values
+    values = {
+        "level": 1 - 10 ** rng.uniform(-8, -2, count),
+        "frequency": 10 ** rng.uniform(0, 1.5, count),
+        "phase": rng.uniform(0, 6, count),
+    }
+    half = (np.arccos(values["level"]) / values["frequency"])[:, None]
+    turns = math.pi / 2 + 2 * math.pi * np.arange(60)
+    peaks = (turns - values["phase"][:, None]) / values["frequency"][:, None]
+    within = np.minimum(peaks + half, 10) - np.maximum(peaks - half, 0)
+    return values, np.maximum(within, 0).sum(axis=1)
+
+
+@pytest.mark.parametrize("solver", [{"solver": "rodas5p"}, {"solver": "ros34prw", "step": 1.0}])
+def test_peaks_count_wherever_they_lie_in_a_step(load, solver):
+    """A peak beside the end of a step, many in one step, and one narrower than any of its parts."""
+    values, exact = drawn(20)
+    for k in range(20):
+        one = {name: all_values[k] for name, all_values in values.items()}
+        found = load("pulses", "peaks").simulate(**solver, parameters=one)["x"][-1]
+        assert found == pytest.approx(1000 * exact[k], rel=1e-6), one
+
+
+def test_peaks_count_in_steps_that_other_instances_choose(load):
+    values, exact = drawn(200)
+    many = load("pulses", "peaks").simulate_many(values, solver="rodas5p")
+    assert many.together == 200
+    np.testing.assert_allclose(many["x"][:, -1], 1000 * exact, rtol=1e-6)

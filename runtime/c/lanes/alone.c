@@ -87,14 +87,31 @@ static int is_first(int i) {
     return found;
 }
 
+/* The lanes in which ranges cannot tell what the switches of time alone do in the last step. Adds to `single` those
+ * in which one leaves its mode. */
+static unsigned look_at_timed(bgc_batch *b) {
+    unsigned undecided = 0;
+
+    for (int l = 0; l < BGC_LANE_WIDTH && b->m->n_timed > 0; l++) {
+        double inside, outside;
+        bgc_outlook outlook;
+        if (is_among(b->active, l)) {
+            outlook = bgc_look_ahead(b->m, b->instance[l], b->t_old, b->t, &inside, &outside);
+            b->single |= outlook == BGC_LEAVES ? 1u << l : 0u;
+            undecided |= outlook == BGC_UNDECIDED ? 1u << l : 0u;
+        }
+    }
+    return undecided;
+}
+
 /* The lanes in which a law may switch in the last step, by all samples or the first ones: an argument
  * has left its mode or has none, or it is nearer to the edge of its mode than `distance` times its
- * variation. */
-static unsigned find_near(const bgc_batch *b, int all, double distance) {
+ * variation. Switches of time alone are judged in the lanes `timed`. */
+static unsigned find_near(const bgc_batch *b, unsigned timed, int all, double distance) {
     const bgc_model *m = b->m;
     unsigned found = 0;
 
-    for (int k = 0; k < m->n_switch; k++) {
+    for (int k = timed != 0 ? 0 : m->n_timed; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const lane mode = b->u[m->n_input + k];
         lane low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
@@ -108,14 +125,17 @@ static unsigned find_near(const bgc_batch *b, int all, double distance) {
                 left |= (z != z) | (bgc_result(operation, z) != mode);
             }
         }
-        found |= bgc_lanes_where(b, left | (nearest < distance * (high - low)));
+        found |= bgc_lanes_where(b, left | (nearest < distance * (high - low))) &
+                 (k < m->n_timed ? timed : ~0u);
     }
     return found;
 }
 
 /* Adds to `single` the lanes in which a law may switch in the last step. */
 void bgc_batch_watch_switches(bgc_batch *b) {
-    if (b->m->n_switch == 0) {
+    const unsigned timed = look_at_timed(b);
+
+    if (timed == 0 && b->m->n_timed == b->m->n_switch) {
         return;
     }
     for (int i = 0; i <= BGC_SAMPLES; i++) {
@@ -123,7 +143,7 @@ void bgc_batch_watch_switches(bgc_batch *b) {
             evaluate_sample(b, i);
         }
     }
-    if (find_near(b, 0, bgc_clear_of_edge) == 0) {
+    if (find_near(b, timed, 0, bgc_clear_of_edge) == 0) {
         return;
     }
     for (int i = 1; i < BGC_SAMPLES; i++) {
@@ -131,7 +151,7 @@ void bgc_batch_watch_switches(bgc_batch *b) {
             evaluate_sample(b, i);
         }
     }
-    b->single |= find_near(b, 1, 1.0);
+    b->single |= find_near(b, timed, 1, 1.0);
 }
 
 /* Adds to `single` the lanes in which a function of states may have a pulse that the last step hides. */
@@ -173,6 +193,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     bgc_schedule(core);
     core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
+    bgc_check_within(d);
     bgc_begin_sample(core);
     bgc_batch_give_stage(b, l, d);
     bgc_batch_give_method(b, d);

@@ -246,14 +246,16 @@ static void ranges_ranges(
 
 #include "bgc_ranges.h"
 
-/* Ranges of the arguments of switches that depend on time alone. */
+/* Ranges of the arguments of switches of time alone, and of their derivatives by time. */
 static void ranges_timed_ranges(
     const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
 {
     (void)u, (void)w;
     const bgc_range v1 = bgc_range_difference(t, bgc_range_of(0.5));
     b[0] = v1;
-    b[1] = bgc_range_difference(h[0], v1);
+    b[2] = bgc_range_difference(h[0], v1);
+    b[1] = bgc_range_of(1.0);
+    b[3] = bgc_range_of(-1.0);
 }
 
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,

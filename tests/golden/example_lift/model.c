@@ -327,7 +327,7 @@ static void ranges_ranges(
 
 #include "bgc_ranges.h"
 
-/* Ranges of the arguments of switches that depend on time alone. */
+/* Ranges of the arguments of switches of time alone, and of their derivatives by time. */
 static void ranges_timed_ranges(
     const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
 {
@@ -335,13 +335,23 @@ static void ranges_timed_ranges(
     const bgc_range v1 = bgc_range_product(bgc_range_difference(t, bgc_range_of(0.1)),
             bgc_range_of(10.0));
     b[0] = v1;
-    b[1] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[0], u[0]),
+    b[2] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[0], u[0]),
             bgc_range_choice(u[0], v1, bgc_range_of(0.0)), bgc_range_max(v1, bgc_range_of(0.0))));
-    const bgc_range v2 = bgc_range_product(bgc_range_of(10.0), bgc_range_difference(t,
+    const bgc_range v2 = bgc_range_at_most(bgc_range_of(0.0), v1);
+    b[3] = bgc_range_opposite(bgc_range_choice(bgc_range_equal(u[0], u[0]), bgc_range_choice(u[0],
+            bgc_range_of(10.0), bgc_range_of(0.0)), bgc_range_choice(v2, bgc_range_of(10.0),
+            bgc_range_of(0.0))));
+    const bgc_range v3 = bgc_range_product(bgc_range_of(10.0), bgc_range_difference(t,
             bgc_range_of(0.6)));
-    b[2] = v2;
-    b[3] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[2], u[2]),
-            bgc_range_choice(u[2], v2, bgc_range_of(0.0)), bgc_range_max(v2, bgc_range_of(0.0))));
+    b[4] = v3;
+    b[6] = bgc_range_difference(bgc_range_of(1.0), bgc_range_choice(bgc_range_equal(u[2], u[2]),
+            bgc_range_choice(u[2], v3, bgc_range_of(0.0)), bgc_range_max(v3, bgc_range_of(0.0))));
+    const bgc_range v4 = bgc_range_at_most(bgc_range_of(0.0), v3);
+    b[7] = bgc_range_opposite(bgc_range_choice(bgc_range_equal(u[2], u[2]), bgc_range_choice(u[2],
+            bgc_range_of(10.0), bgc_range_of(0.0)), bgc_range_choice(v4, bgc_range_of(10.0),
+            bgc_range_of(0.0))));
+    b[1] = bgc_range_of(10.0);
+    b[5] = bgc_range_of(10.0);
 }
 
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,

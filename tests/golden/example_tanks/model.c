@@ -200,12 +200,13 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
 
 #include "bgc_ranges.h"
 
-/* Ranges of the arguments of switches that depend on time alone. */
+/* Ranges of the arguments of switches of time alone, and of their derivatives by time. */
 static void ranges_timed_ranges(
     const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
 {
     (void)u, (void)w;
     b[0] = bgc_range_difference(h[4], t);
+    b[1] = bgc_range_of(-1.0);
 }
 
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
