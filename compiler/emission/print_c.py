@@ -148,13 +148,16 @@ class Printer:
             pieces = self._pieces(node)
             if pieces is not None:
                 first, second = (self._within(piece, _COMPARE) for piece in pieces)
-                yes = f"({mode} == 0.0 ? {second} : {first})"
+                return f"{mode} >= 1.0 ? {first} : {mode} < 1.0 ? {second} : {no}", _CHOICE
             return f"{mode} == {mode} ? {yes} : {no}", _CHOICE
         truth = self._operand(condition)[0]
         return f"{truth} == 0.0 ? {no} : {truth} == {truth} ? {yes} : {truth}", _CHOICE
 
     def _pieces(self, node: Node) -> tuple[Node, Node] | None:
-        """The pieces of a kink in mode 1 and 0, in a choice between them and the operation."""
+        """The pieces of a kink in mode 1 and 0, in a choice between them and the operation.
+
+        Its mode is 1, 0 or NaN, so that ordered comparisons tell these apart at the least cost.
+        """
         mode, held = self._a[self._a[node]], self._b[node]
         if self._op[held] != _SELECT or self._a[held] != mode or held in self._names:
             return None

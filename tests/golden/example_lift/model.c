@@ -99,12 +99,12 @@ static void model_rhs(
     const double v4 = h[0] * (v3 / sqrt(sqrt(h[3] + v3 * v3)));
     const double v5 = v2 - h[4];
     const double v6 = (t - 0.1) * 10.0;
-    const double v7 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v6) : model_max(v6, 0.0);
+    const double v7 = u[0] >= 1.0 ? v6 : u[0] < 1.0 ? 0.0 : model_max(v6, 0.0);
     const double v8 = 10.0 * (t - 0.6);
-    const double v9 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v8) : model_max(v8, 0.0);
-    f[0] = v4 - v5 / sqrt(sqrt(h[3] + v5 * v5)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ?
-            1.0 : v7) : model_min(v7, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v9) :
-            model_min(v9, 1.0)))));
+    const double v9 = u[2] >= 1.0 ? v8 : u[2] < 1.0 ? 0.0 : model_max(v8, 0.0);
+    f[0] = v4 - v5 / sqrt(sqrt(h[3] + v5 * v5)) * (0.001 * (h[5] * ((u[1] >= 1.0 ? v7 : u[1] < 1.0
+            ? 1.0 : model_min(v7, 1.0)) - (u[3] >= 1.0 ? v9 : u[3] < 1.0 ? 1.0 : model_min(v9,
+            1.0)))));
     const double v10 = h[7] * x[2];
     f[3] = v10;
     f[1] = -(v4 + h[6] * v10);
@@ -117,18 +117,18 @@ static void model_jacobian(
 {
     (void)w;
     const double v1 = (t - 0.1) * 10.0;
-    const double v2 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v1) : model_max(v1, 0.0);
+    const double v2 = u[0] >= 1.0 ? v1 : u[0] < 1.0 ? 0.0 : model_max(v1, 0.0);
     const double v3 = 10.0 * (t - 0.6);
-    const double v4 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v3) : model_max(v3, 0.0);
+    const double v4 = u[2] >= 1.0 ? v3 : u[2] < 1.0 ? 0.0 : model_max(v3, 0.0);
     const double v5 = x[0] * h[2];
     const double v6 = v5 - h[4];
     const double v7 = sqrt(h[3] + v6 * v6);
     const double v8 = sqrt(v7);
     const double v9 = 1.0 / v8;
-    const double v10 = 0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0 : v2) : model_min(v2,
-            1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v4) : model_min(v4, 1.0)))) * (v9 - (v6 +
-            v6) * ((v7 == 0.0 ? 0.0 : v7 == v7 ? 0.5 / v7 : v7) * ((v8 == 0.0 ? 0.0 : v8 == v8 ?
-            0.5 * v9 : v8) * (v6 * (v9 * v9)))));
+    const double v10 = 0.001 * (h[5] * ((u[1] >= 1.0 ? v2 : u[1] < 1.0 ? 1.0 : model_min(v2, 1.0))
+            - (u[3] >= 1.0 ? v4 : u[3] < 1.0 ? 1.0 : model_min(v4, 1.0)))) * (v9 - (v6 + v6) * ((v7
+            == 0.0 ? 0.0 : v7 == v7 ? 0.5 / v7 : v7) * ((v8 == 0.0 ? 0.0 : v8 == v8 ? 0.5 * v9 :
+            v8) * (v6 * (v9 * v9)))));
     const double v11 = h[1] * x[1] - v5;
     const double v12 = sqrt(h[3] + v11 * v11);
     const double v13 = sqrt(v12);
@@ -143,16 +143,16 @@ static void model_jacobian(
     jac[3] = -v17;
     const double v18 = h[5] * (0.001 * (v6 * v9));
     const double v19 = model_at_most(0.0, v3);
-    const double v20 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : 10.0) : (v19 == 0.0 ? 0.0 : v19 == v19 ?
+    const double v20 = u[2] >= 1.0 ? 10.0 : u[2] < 1.0 ? 0.0 : (v19 == 0.0 ? 0.0 : v19 == v19 ?
             10.0 : v19);
     const double v21 = model_at_most(v4, 1.0);
     const double v22 = model_at_most(0.0, v1);
-    const double v23 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : 10.0) : (v22 == 0.0 ? 0.0 : v22 == v22 ?
+    const double v23 = u[0] >= 1.0 ? 10.0 : u[0] < 1.0 ? 0.0 : (v22 == 0.0 ? 0.0 : v22 == v22 ?
             10.0 : v22);
     const double v24 = model_at_most(v2, 1.0);
-    dfdt[0] = v18 * (u[3] == u[3] ? (u[3] == 0.0 ? 0.0 : v20) : (v21 == 0.0 ? 0.0 : v21 == v21 ?
-            v20 : v21)) - v18 * (u[1] == u[1] ? (u[1] == 0.0 ? 0.0 : v23) : (v24 == 0.0 ? 0.0 : v24
-            == v24 ? v23 : v24));
+    dfdt[0] = v18 * (u[3] >= 1.0 ? v20 : u[3] < 1.0 ? 0.0 : (v21 == 0.0 ? 0.0 : v21 == v21 ? v20 :
+            v21)) - v18 * (u[1] >= 1.0 ? v23 : u[1] < 1.0 ? 0.0 : (v24 == 0.0 ? 0.0 : v24 == v24 ?
+            v23 : v24));
     dfdt[1] = 0.0;
     dfdt[2] = 0.0;
     dfdt[3] = 0.0;
@@ -173,11 +173,11 @@ static void model_energy(
     out[0] = 0.5 * (x[0] * v1) + 0.5 * (x[1] * v2) + 0.5 * (x[2] * v3);
     const double v4 = v1 - h[4];
     const double v5 = (t - 0.1) * 10.0;
-    const double v6 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v5) : model_max(v5, 0.0);
+    const double v6 = u[0] >= 1.0 ? v5 : u[0] < 1.0 ? 0.0 : model_max(v5, 0.0);
     const double v7 = 10.0 * (t - 0.6);
-    const double v8 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v7) : model_max(v7, 0.0);
-    const double v9 = v4 / sqrt(sqrt(h[3] + v4 * v4)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] ==
-            0.0 ? 1.0 : v6) : model_min(v6, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v8) :
+    const double v8 = u[2] >= 1.0 ? v7 : u[2] < 1.0 ? 0.0 : model_max(v7, 0.0);
+    const double v9 = v4 / sqrt(sqrt(h[3] + v4 * v4)) * (0.001 * (h[5] * ((u[1] >= 1.0 ? v6 : u[1]
+            < 1.0 ? 1.0 : model_min(v6, 1.0)) - (u[3] >= 1.0 ? v8 : u[3] < 1.0 ? 1.0 :
             model_min(v8, 1.0)))));
     out[1] = -(h[8] * v3 + h[4] * v9);
     const double v10 = v2 - v1;
@@ -193,11 +193,11 @@ static void model_outputs(
     y[2] = h[1] * x[1];
     const double v1 = x[0] * h[2] - h[4];
     const double v2 = (t - 0.1) * 10.0;
-    const double v3 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v2) : model_max(v2, 0.0);
+    const double v3 = u[0] >= 1.0 ? v2 : u[0] < 1.0 ? 0.0 : model_max(v2, 0.0);
     const double v4 = 10.0 * (t - 0.6);
-    const double v5 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v4) : model_max(v4, 0.0);
-    y[3] = -(v1 / sqrt(sqrt(h[3] + v1 * v1)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0
-            : v3) : model_min(v3, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v5) : model_min(v5,
+    const double v5 = u[2] >= 1.0 ? v4 : u[2] < 1.0 ? 0.0 : model_max(v4, 0.0);
+    y[3] = -(v1 / sqrt(sqrt(h[3] + v1 * v1)) * (0.001 * (h[5] * ((u[1] >= 1.0 ? v3 : u[1] < 1.0 ?
+            1.0 : model_min(v3, 1.0)) - (u[3] >= 1.0 ? v5 : u[3] < 1.0 ? 1.0 : model_min(v5,
             1.0))))));
     y[0] = x[3];
 }
@@ -223,10 +223,10 @@ static void model_switches(
     (void)h, (void)x, (void)w;
     const double v1 = (t - 0.1) * 10.0;
     z[0] = v1;
-    z[1] = 1.0 - (u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v1) : model_max(v1, 0.0));
+    z[1] = 1.0 - (u[0] >= 1.0 ? v1 : u[0] < 1.0 ? 0.0 : model_max(v1, 0.0));
     const double v2 = 10.0 * (t - 0.6);
     z[2] = v2;
-    z[3] = 1.0 - (u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v2) : model_max(v2, 0.0));
+    z[3] = 1.0 - (u[2] >= 1.0 ? v2 : u[2] < 1.0 ? 0.0 : model_max(v2, 0.0));
 }
 
 /* The entries of M in the order of mass_row and mass_col. */

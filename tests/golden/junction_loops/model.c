@@ -41,7 +41,7 @@ static void model_rhs(
     const double v3 = h[0] - 0.1 * (x[1] + v1);
     f[0] = x[0] + v2 - v3;
     const double v4 = x[1] + x[2];
-    const double v5 = 15.0 * v4 + 40.0 * v4 * (u[0] == u[0] ? (u[0] == 0.0 ? -v4 : v4) : fabs(v4));
+    const double v5 = 15.0 * v4 + 40.0 * v4 * (u[0] >= 1.0 ? v4 : u[0] < 1.0 ? -v4 : fabs(v4));
     f[1] = 20.0 * x[1] + v5 - v3;
     f[2] = 50.0 * x[2] + v5 - v2;
 }
@@ -58,8 +58,8 @@ static void model_jacobian(
     jac[3] = v4;
     jac[0] = 1.0 + v3 + v4;
     const double v5 = x[1] + x[2];
-    const double v6 = 15.0 + (40.0 * (u[0] == u[0] ? (u[0] == 0.0 ? -v5 : v5) : fabs(v5)) + 40.0 *
-            v5 * (u[0] == u[0] ? (u[0] == 0.0 ? -1.0 : 1.0) : model_sign(v5)));
+    const double v6 = 15.0 + (40.0 * (u[0] >= 1.0 ? v5 : u[0] < 1.0 ? -v5 : fabs(v5)) + 40.0 * v5 *
+            (u[0] >= 1.0 ? 1.0 : u[0] < 1.0 ? -1.0 : model_sign(v5)));
     jac[5] = v6;
     jac[7] = v6;
     jac[4] = 20.0 + v6 - -0.1;
@@ -90,7 +90,7 @@ static void model_outputs(
     const double v1 = 0.3 * tanh(x[0] * 0.25) + 0.01 * x[0];
     y[0] = 30.0 * (v1 - x[2]);
     const double v2 = x[1] + x[2];
-    y[1] = 15.0 * v2 + 40.0 * v2 * (u[0] == u[0] ? (u[0] == 0.0 ? -v2 : v2) : fabs(v2));
+    y[1] = 15.0 * v2 + 40.0 * v2 * (u[0] >= 1.0 ? v2 : u[0] < 1.0 ? -v2 : fabs(v2));
     y[2] = h[0] - 0.1 * (x[1] + v1);
 }
 
