@@ -17,7 +17,7 @@ from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.print_c import DOUBLES, Numbers, is_number_test
 from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.graph import Node
-from bgc.ir.lowered import Kernel, Reads, Store
+from bgc.ir.lowered import SCRATCH, Kernel, Reads, Store
 
 _INLINE = 20  # operations of an expression from which it becomes a statement
 _LOOP = 8  # number of elements from which a loop copies them
@@ -87,13 +87,15 @@ def print_kernel(
     """
     if kernel.reads is Reads.HOISTED:
         floor, leaves = int(Level.PARAM), {n: f"h[{k}]" for n, k in hoisted.items()}
+        leaves |= {n: f"{SCRATCH}[{k}]" for k, n in enumerate(kernel.found)}
     else:
         floor, leaves = int(Level.CONST) - 1, dict(known or {})
-    stores, finish = kernel.stores, list[str]()
+    stores, finish, reserved = kernel.stores, list[str](), len(kernel.left) + len(kernel.found)
     if kernel.in_place:  # compute all new values before the first is stored
         stores = tuple(Store("w", k, s.node) for k, s in enumerate(stores))
         finish = [f"{s.array}[{s.index}] = w[{k}];" for k, s in enumerate(kernel.stores)]
-    body = _Body(dag, stores, floor, leaves, reserved=len(finish), numbers=numbers)
+        reserved = len(finish)
+    body = _Body(dag, stores, floor, leaves, reserved=reserved, numbers=numbers)
     return KernelText(
         text=_functions(kernel, body, finish, shared, numbers),
         work=body.work,

@@ -64,7 +64,7 @@ def _declarations() -> dict[str, str]:
 def _model_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The kernels of a model on vector registers."""
     separate = is_large(lowered.program)
-    kernels = {kernel.name: kernel for kernel in lowered.kernels if kernel.name in _KERNELS}
+    kernels = {k.name: k.without_left for k in lowered.kernels if k.name in _KERNELS}
     texts = {
         name: _jacobian(lowered, kernel, separate) if name == "jacobian" else _text(lowered, kernel)
         for name, kernel in kernels.items()

@@ -8,9 +8,10 @@ from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.derivatives import directional_derivative, gradient
+from bgc.emission.after_rates import kept_for
 from bgc.emission.watches import WatchedArgument
 from bgc.ir.graph import Node
-from bgc.ir.lowered import Jacobian, Kernel, Reads, Store, Switch
+from bgc.ir.lowered import SCRATCH, Jacobian, Kernel, Reads, Store, Switch
 from bgc.ir.program import Closures, PositiveParameter, Program
 
 _RUNNING = "h t x u"
@@ -20,9 +21,12 @@ def program_kernels(
     program: Program, switches: tuple[Switch, ...], jacobian: Jacobian
 ) -> tuple[Kernel, ...]:
     """All kernels except `prepare`, those of the integration loop first."""
+    kept = kept_for(
+        program.dag, [s.derivative for s in program.states], [s.argument for s in switches]
+    )
     return (
-        *_step_kernels(program, jacobian),
-        *_event_kernels(program, switches),
+        *_step_kernels(program, jacobian, kept),
+        *_event_kernels(program, switches, kept),
         *_jump_kernels(program, switches),
         *_sampled_kernels(program),
         *_setup_kernels(program),
@@ -38,6 +42,7 @@ def _kernel(
     stores: Iterable[Store],
     *,
     in_place: bool = False,
+    found: tuple[Node, ...] = (),
 ) -> Kernel:
     """A kernel that reads hoisted nodes; argument names are separated by blanks."""
     return Kernel(
@@ -48,18 +53,19 @@ def _kernel(
         Reads.HOISTED,
         tuple(stores),
         in_place,
+        found,
     )
 
 
-def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
-    """The kernels that are evaluated within steps and at rows."""
+def _step_kernels(program: Program, jacobian: Jacobian, kept: tuple[Node, ...]) -> Iterator[Kernel]:
+    """The kernels that are evaluated within steps and at rows; `rhs` leaves `kept` in w."""
     energy = program.energy
     yield _kernel(
         "rhs",
         "The right-hand sides f of M y' = f.",
         _RUNNING,
         "f",
-        stores("f", (s.derivative for s in program.states)),
+        (*stores("f", (s.derivative for s in program.states)), *stores(SCRATCH, kept)),
     )
     yield _kernel(
         "jacobian",
@@ -93,8 +99,13 @@ def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
     )
 
 
-def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
-    """The kernels of asserts, projections, switches and divisors; only asserts may be empty."""
+def _event_kernels(
+    program: Program, switches: tuple[Switch, ...], kept: tuple[Node, ...]
+) -> Iterator[Kernel]:
+    """The kernels of asserts, projections, switches and divisors; only asserts may be empty.
+
+    `kept` are nodes of `rhs` with which the arguments of switches cost little.
+    """
     yield _kernel(
         "asserts",
         "Conditions that have to hold: nonzero where they do.",
@@ -131,6 +142,15 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             _RUNNING,
             "z",
             stores("z", (switch.argument for switch in switches)),
+        )
+    if kept:
+        yield _kernel(
+            "switches_after_rhs",
+            "The same, from what rhs has left in w.",
+            _RUNNING,
+            "z",
+            stores("z", (switch.argument for switch in switches)),
+            found=kept,
         )
     timed = [switch.argument for switch in switches if switch.timed]
     if 0 < len(timed) < len(switches):

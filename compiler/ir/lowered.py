@@ -7,7 +7,7 @@ iteration matrix is planned symbolically: pivots, fill and order of the operatio
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from bgc.algebra.operation import Jump, Watch
@@ -50,6 +50,9 @@ class Reads(Enum):
     HOISTED = "hoisted"
 
 
+SCRATCH = "w"
+
+
 @dataclass(frozen=True, slots=True)
 class Store:
     """`array[index] = node`."""
@@ -63,8 +66,9 @@ class Store:
 class Kernel:
     """A C function `name(inputs, results, w)` that performs the stores.
 
-    The argument names are in the order of the C interface; w is scratch memory. An `in_place`
-    kernel reads the array that it writes, and performs all stores after all reads.
+    The argument names are in the order of the C interface; w is scratch memory. What is stored in
+    w, from its start on, is there for a kernel that runs next and finds these nodes there, `found`.
+    An `in_place` kernel reads the array that it writes, and performs all stores after all reads.
     """
 
     name: str
@@ -74,6 +78,18 @@ class Kernel:
     reads: Reads
     stores: tuple[Store, ...]
     in_place: bool = False
+    found: tuple[Node, ...] = ()
+
+    @property
+    def left(self) -> tuple[Store, ...]:
+        """What it leaves in w for the next kernel."""
+        return tuple(store for store in self.stores if store.array == SCRATCH)
+
+    @property
+    def without_left(self) -> Kernel:
+        """The same kernel for callers that run none of those which find what is left in w."""
+        stores = tuple(store for store in self.stores if store.array != SCRATCH)
+        return replace(self, stores=stores)
 
 
 @dataclass(frozen=True, slots=True)

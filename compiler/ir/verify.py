@@ -28,7 +28,7 @@ from bgc.ir.graph import (
     ports_of,
 )
 from bgc.ir.graph_nodes import graph_roots
-from bgc.ir.lowered import BlockPlan, Kernel, Lowered, LuPlan
+from bgc.ir.lowered import SCRATCH, BlockPlan, Kernel, Lowered, LuPlan
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import program_roots
 
@@ -234,6 +234,10 @@ def _verify_lowered(lowered: Lowered) -> None:
         _require(program.dag.level[node] <= Level.PARAM, "a varying node is hoisted")
     for kernel in (*lowered.kernels, *lowered.range_kernels):
         _verify_kernel(kernel)
+    kept = {tuple(store.node for store in kernel.left) for kernel in lowered.kernels}
+    for kernel in lowered.kernels:
+        there = not kernel.found or kernel.found in kept
+        _require(there, f"`{kernel.name}` finds what no kernel leaves in w")
 
 
 def _verify_blocks(blocks: BlockPlan, plan: LuPlan) -> None:
@@ -255,7 +259,10 @@ def _verify_kernel(kernel: Kernel) -> None:
     arrays: dict[str, list[int]] = {}
     for store in kernel.stores:
         arrays.setdefault(store.array, []).append(store.index)
-    _require(set(arrays) <= set(kernel.results), f"`{kernel.name}` stores to another array")
+    own = {*kernel.results, SCRATCH}
+    _require(set(arrays) <= own, f"`{kernel.name}` stores to another array")
+    left = arrays.get(SCRATCH, [])
+    _require(sorted(left) == list(range(len(left))), f"`{kernel.name}` leaves a gap in w")
     for array, indices in arrays.items():
         once = len(set(indices)) == len(indices)
         _require(once, f"`{kernel.name}` stores an element of `{array}` twice")

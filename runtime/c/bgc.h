@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 14
+#define BGC_ABI 15
 
 typedef enum {
     BGC_OK = 0,
@@ -313,6 +313,11 @@ typedef struct bgc_model {
      * `switching_fixed` choose; 0: explicit steps are not worth while, or impossible since M is not the
      * identity. */
     double explicit_cost;
+
+    /* The arguments of all switches, at the place of the evaluation of rhs() that was the last to use w;
+     * NULL where they cost little by themselves. */
+    void (*switches_after_rhs)(const double *h, double t, const double *x, const double *u, double *z,
+                               double *w);
 } bgc_model;
 
 /* The emitted model. */

@@ -198,6 +198,28 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     return locate_first(m, d, TIME_ALONE, inside, outside, d->after, z);
 }
 
+/* Whether f at the end of the step under way, at time t, is that of the next step as far as is known, and has
+ * not been evaluated. At a sample of devices or parts inputs may change. */
+static int is_next_f(const bgc_model *m, const bgc_data *d, double t) {
+    const bgc_core *core = &d->core;
+
+    return !core->f_ahead && core->f_last_at != t &&
+           (m->n_input == 0 || t < core->due - bgc_time_slack(t, core->t_old));
+}
+
+/* Evaluates the arguments at d->next, the end of the step under way, at time t; behind f, if the next step
+ * begins with that. */
+static void evaluate_end(const bgc_model *m, bgc_data *d, double t, double *z) {
+    if (m->switches_after_rhs != NULL && is_next_f(m, d, t)) {
+        m->rhs(d->h, t, d->next, d->u, d->error, d->work);
+        m->switches_after_rhs(d->h, t, d->next, d->u, z, d->work);
+        d->core.counts.rhs++;
+        d->core.f_ahead = 1;
+    } else {
+        m->switches(d->h, t, d->next, d->u, z, d->work);
+    }
+}
+
 /* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. Where
  * all depend on time alone, those at its end are known. */
 static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, double t) {
@@ -207,7 +229,7 @@ static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, dou
         return here;
     }
     if (i == BGC_SAMPLES && d->core.algebraic == 0) {
-        m->switches(d->h, t, d->next, d->u, here, d->work);
+        evaluate_end(m, d, t, here);
     } else {
         evaluate(m, d, ALONG_STEP, t, here);
     }

@@ -10,7 +10,7 @@ from ctypes import POINTER, c_char_p, c_double, c_int, c_long, c_uint32, c_void_
 from enum import IntEnum
 from typing import Any, ClassVar, TypeAlias
 
-ABI = 14
+ABI = 15
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 

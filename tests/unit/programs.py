@@ -187,7 +187,27 @@ class _Model(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in "start_guess start started switch_state".split()),
         ("n_switch_state", ctypes.c_int),
         ("n_term", ctypes.c_int),
-        ("ranges", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in "ranges closure_info closures".split()),
+        ("n_watch", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in "watch watch_state".split()),
+        ("n_watch_state", ctypes.c_int),
+        ("watched", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in "n_jump n_edge".split()),
+        *(
+            (name, ctypes.c_void_p)
+            for name in "jump_first reset_state edge_switch conditions resets edge_rates".split()
+        ),
+        *((name, ctypes.c_int) for name in "n_held n_rate n_slot".split()),
+        *(
+            (name, ctypes.c_void_p)
+            for name in "held_input held_rate sampling held_start held".split()
+        ),
+        ("n_port", ctypes.c_int),
+        ("book", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in "n_inner n_local".split()),
+        *((name, ctypes.c_void_p) for name in "local_row local_col blocks".split()),
+        ("explicit_cost", ctypes.c_double),
+        ("switches_after_rhs", ctypes.c_void_p),
     ]
 
 
@@ -263,6 +283,9 @@ class CompiledModel:
 
     def switches(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return self._evaluate("switches", self.model.n_switch, t, x, u)
+
+    def switches_after_rhs(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return self._evaluate("switches_after_rhs", self.model.n_switch, t, x, u)
 
     def rhs(
         self, t: float, x: np.ndarray, u: np.ndarray, modes: Sequence[float] | None = None

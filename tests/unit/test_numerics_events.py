@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 from collections.abc import Iterator
 from typing import Any
@@ -219,6 +220,21 @@ def test_a_state_that_is_written_takes_its_own_modes(c_model: Any) -> None:
     start = stop.time
     row = stop.finish([start + 1e-3])[0]
     np.testing.assert_allclose(row[1], f[1] * 1e-3, rtol=3e-3)
+
+
+@pytest.mark.parametrize("setup", SETUPS)
+def test_arguments_behind_the_rates_cost_no_evaluation_and_change_no_bit(
+    c_model: Any, setup: str
+) -> None:
+    """f at the end of a step is that of the next, but at events and where steps are rejected."""
+    stop, kept = (started(c_model, setup, model) for model in ("stop", "stop_kept"))
+    calls = [ctypes.c_int.in_dll(model.library, "switch_calls") for model in (stop, kept)]
+    before = [count.value for count in calls]
+    np.testing.assert_array_equal(kept.finish(GRID), stop.finish(GRID))
+    alone, behind = (count.value - first for count, first in zip(calls, before, strict=True))
+    assert alone - behind > 0.9 * stop.counts.steps
+    lost = stop.counts.events + stop.counts.rejected + 1
+    assert kept.counts.rhs <= stop.counts.rhs + lost
 
 
 # --- chattering ------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -73,6 +74,29 @@ def test_switches_of_time_have_a_kernel_of_their_own_only_beside_others(
     stores = {kernel.name: len(kernel.stores) for kernel in lowered.kernels}
     assert stores["switches"] == of_time + of_states
     assert stores.get("timed_switches") == (1 if of_time and of_states else None)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_rates_keep_what_makes_arguments_cheap(
+    make: Maker, tmp_path: Path, shared: bool
+) -> None:
+    """An argument that takes the rates' own operations is known behind them, whatever the mode."""
+    dag, bent = make.dag, make.x
+    for _ in range(20):
+        bent = dag.call(Op.SIN, bent)
+    arguments = [dag.sub(bent if shared else make.x, dag.one), dag.sub(make.t, make.u)]
+    law = sum_of(dag, [dag.call(Op.ABS, argument) for argument in arguments])
+    emitted = emit_model(optimise(make.program(dag.add(law, bent))), "0")
+    kernels = {kernel.name: kernel for kernel in emitted.lowered.kernels}
+    assert len(kernels["rhs"].left) == shared
+    assert ("switches_after_rhs" in kernels) == shared
+    if shared:
+        model = CompiledModel(emitted, tmp_path, [2.0])
+        here = (0.3, np.array([0.7]), np.array([0.1]))
+        expected = model.switches(*here)
+        model.work[:] = np.nan
+        model.rhs(*here)
+        np.testing.assert_array_equal(model.switches_after_rhs(*here), expected)
 
 
 def sum_of(dag: Dag, nodes: Sequence[int]) -> int:

@@ -9,7 +9,7 @@ import pytest
 
 from bgc.algebra.dag import Kind
 from bgc.driver import Stages, compile_scene
-from bgc.ir.lowered import BlockPlan, LuPlan
+from bgc.ir.lowered import BlockPlan, LuPlan, Store
 from bgc.ir.program import MassEntry
 from bgc.ir.verify import BrokenInvariant, verify
 from bgc.options import Options
@@ -86,6 +86,12 @@ LOWERED: dict[str, Callable[[Any], Any]] = {
         w, kernels=with_first(w.kernels, stores=(*w.kernels[0].stores, *w.kernels[0].stores))
     ),
     "another array": lambda w: replace(w, kernels=with_first(w.kernels, results=())),
+    "a gap in w": lambda w: replace(
+        w, kernels=with_first(w.kernels, stores=(Store("w", 1, w.program.dag.one),))
+    ),
+    "no kernel leaves in w": lambda w: replace(
+        w, kernels=with_first(w.kernels, found=(w.program.dag.one,))
+    ),
 }
 
 

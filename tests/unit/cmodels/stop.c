@@ -1,6 +1,6 @@
 /* A mass on a spring that meets a damped end stop: the force jumps at contact. With UNLOCATED the
  * runtime does not know of the switch. A second switch, timed, pushes from p[1] on; with p[2] = 1 the
- * stop pushes so that it chatters. */
+ * stop pushes so that it chatters. With KEPT, f keeps an argument for its caller. */
 enum { N = 2, P = 3, J = 4 };
 static const int jac_row[] = {0, 0, 1, 1}, jac_col[] = {0, 1, 0, 1};
 #include "frame.h"
@@ -27,6 +27,9 @@ static void initial(const double *h, double t, const double *u, double *x, doubl
 
 static void rhs(SIGNATURE, double *f, double *w) {
     UNUSED;
+#ifdef KEPT
+    w[0] = x[0] - h[0];
+#endif
     f[0] = x[1];
     f[1] = -9.0 * x[0];
     if (mode(u, 0, t - h[1])) {
@@ -62,16 +65,30 @@ static void energy(SIGNATURE, double out[3], double *w) {
 #ifdef UNLOCATED
 MODEL(.energy = energy)
 #else
+int switch_calls;
+
 static void switches(SIGNATURE, double *z, double *w) {
     UNUSED;
+    switch_calls++;
     z[0] = t - h[1];
     z[1] = x[0] - h[0];
     z[2] = x[1];
 }
 
+#ifdef KEPT
+static void behind(SIGNATURE, double *z, double *w) {
+    UNUSED;
+    z[0] = t - h[1];
+    z[1] = w[0];
+    z[2] = x[1];
+}
+#else
+#define behind NULL
+#endif
+
 static const bgc_switch_info switch_info[] = {
     {BGC_ABOVE, 1, 1}, {BGC_ABOVE, 0, 1}, {BGC_ABOVE, 0, 1}};
 
 MODEL(.energy = energy, .n_switch = 3, .n_timed = 1, .switch_info = switch_info,
-      .switches = switches)
+      .n_work = 1, .switches = switches, .switches_after_rhs = behind)
 #endif

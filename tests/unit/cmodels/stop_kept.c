@@ -1,0 +1,2 @@
+#define KEPT
+#include "stop.c"
