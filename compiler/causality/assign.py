@@ -9,6 +9,7 @@ assignment is refused with the elements at fault.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -39,13 +40,32 @@ from bgc.ir.program import PositiveParameter
 _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
 
 
-def assign_causality(graph: FlatGraph, *, ranged: bool = False) -> CausalGraph:
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A way to take the rows of a graph.
+
+    The rows of the junctions `cut` close chains. The classes `carrying` stay independent where
+    possible (`elimination.eliminate`), those of the bonds `held` in any case. With `ranged`,
+    moduli that vary within a range without zero are divisors too, where no other is left.
+    """
+
+    cut: frozenset[int] = frozenset()
+    carrying: frozenset[int] = frozenset()
+    held: frozenset[int] = frozenset()
+    ranged: bool = False
+
+
+def assign_causality(
+    graph: FlatGraph, *, ranged: bool = False, opened: bool = False
+) -> CausalGraph:
     """Find the independent flows of a graph and everything that follows from them.
 
     Guarantees that N satisfies every row (proven at random points), and that every divisor is a
     nonzero number or a parameter listed in `positive`. Does not derive equations, and does not use
     the laws of elements. With `ranged`, moduli that vary within a range without zero are divisors
-    too, where no other is left.
+    too, where no other is left. With `opened`, the rows of the parts that close chains (`Weld`) are
+    left out of the elimination, so that the coordinates of an open tree are independent; without
+    it that is done where the graph is refused otherwise.
 
     Raises
     ------
@@ -53,13 +73,19 @@ def assign_causality(graph: FlatGraph, *, ranged: bool = False) -> CausalGraph:
         Sources contradict each other, or rigid connections form a closed chain.
     """
     cut = _closing_junctions(graph)
-    try:
-        found = _assigned(graph, frozenset(), ranged=ranged)
-        return found if ranged else _sparing(graph, found)
-    except BgError:
-        if not cut:
-            raise
-    return _assigned(graph, cut, ranged=ranged)
+    if not (opened and cut):
+        try:
+            found = _assigned(graph, _Way(ranged=ranged))
+            return found if ranged else _sparing(graph, found)
+        except BgError:
+            if not cut:
+                raise
+    return _assigned(graph, _Way(cut, ranged=ranged))
+
+
+def may_be_opened(causal: CausalGraph) -> bool:
+    """Test whether `opened` may give another assignment of a graph."""
+    return bool(causal.closures) and not causal.opened and bool(_closing_junctions(causal.graph))
 
 
 def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
@@ -80,7 +106,7 @@ def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
         if certifier.may_vanish(end.coefficient)
     )
     try:
-        other = _assigned(graph, frozenset(), carrying)
+        other = _assigned(graph, _Way(carrying=carrying))
     except BgError:
         return found
     return other if _surplus(other) < surplus else found
@@ -112,23 +138,15 @@ def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
     )
 
 
-def _assigned(
-    graph: FlatGraph,
-    cut: frozenset[int],
-    carrying: frozenset[int] = frozenset(),
-    *,
-    ranged: bool = False,
-) -> CausalGraph:
-    """Assign causality with the rows of some junctions closing chains.
-
-    The classes in `carrying` stay independent where possible (`elimination.eliminate`).
-    """
+def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
+    """Assign causality in one way."""
     fingerprints = Fingerprints(graph.dag)
-    structure = junction_structure(graph, cut)
-    certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=ranged)
+    structure = junction_structure(graph, way.cut)
+    certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=way.ranged)
     _refuse_shared_flows(graph, structure)
-    elimination = eliminate(graph.dag, fingerprints, certifier, structure, carrying)
-    warnings, closures = _judge_remaining(graph, structure, certifier, elimination)
+    held = frozenset(structure.class_of[bond] for bond in way.held)
+    elimination = eliminate(graph.dag, fingerprints, certifier, structure, way.carrying, held)
+    warnings, closures = _judge_remaining(graph, structure, certifier, elimination, held)
     steps, watched = sequence_rows(
         graph.dag,
         fingerprints,
@@ -146,7 +164,10 @@ def _assigned(
         Closure(number, (row.element,))
         for number, row in enumerate(structure.closing, len(elimination.rows))
     ]
-    _refuse_without_inertia(graph, structure, rows, closures, basis, flows)
+    still = [c for c in closures if not _moves_inertias_only(structure, rows[c.row], basis, flows)]
+    if still and way.cut:
+        return _assigned(graph, _Way(held=_bonds_of_inertias(structure, basis), ranged=way.ranged))
+    _refuse_without_inertia(graph, structure, rows, still, basis, flows)
     warnings += _warn(graph, structure, basis)
     return CausalGraph(
         graph=graph,
@@ -164,7 +185,7 @@ def _assigned(
             for origin in elimination.origins[row]
         ),
         closures=tuple(closures),
-        cut=cut,
+        cut=way.cut,
         basis=basis,
         flows=tuple(tuple(entries.items()) for entries in flows),
         strokes=place_strokes(
@@ -176,11 +197,12 @@ def _assigned(
             elimination.rows,
             elimination.steps,
             basis,
-            cut,
+            way.cut,
         ),
         positive=_positive(graph, certifier, elimination, watched),
         warnings=tuple(warnings),
-        ranged=ranged,
+        ranged=way.ranged,
+        opened=bool(way.cut or way.held),
     )
 
 
@@ -332,9 +354,16 @@ def _conflict(
 
 
 def _judge_remaining(
-    graph: FlatGraph, structure: Structure, certifier: Certifier, elimination: Elimination
+    graph: FlatGraph,
+    structure: Structure,
+    certifier: Certifier,
+    elimination: Elimination,
+    held: Collection[int],
 ) -> tuple[list[Diagnostic], list[Closure]]:
-    """Warn of redundant rows, refuse contradictory ones, and find those that close a chain."""
+    """Warn of redundant rows, refuse contradictory ones, and find those that close a chain.
+
+    A row that could have been solved for a class in `held` closes a chain.
+    """
     warnings, errors, closures = [], [], []
     for row, left in elimination.remaining:
         elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
@@ -351,7 +380,9 @@ def _judge_remaining(
             errors.append(_conflict(graph, [s for s in sources if s is not None], met, dual=dual))
             continue
         moduli = _moduli(graph, elements)
-        parametric = all(graph.dag.level[entry] <= Level.PARAM for _, entry in left)
+        parametric = all(
+            graph.dag.level[entry] <= Level.PARAM and number not in held for number, entry in left
+        )
         if parametric and moduli:
             element = graph.elements[moduli[0]]
             errors.append(catalogue.zero_modulus(element.span, element.name))
@@ -362,6 +393,26 @@ def _judge_remaining(
     return warnings, closures
 
 
+def _moves_inertias_only(
+    structure: Structure, row: Row, basis: Sequence[Basis], flows: _Flows
+) -> bool:
+    """Test whether the flows in a row are those of inertias and sources, none of them dual."""
+    allowed = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
+    dual = any(structure.dual[end.bond] for end in row.ends)
+    return not dual and all(basis[k].kind in allowed for k in _columns(structure, row, flows))
+
+
+def _columns(structure: Structure, row: Row, flows: _Flows) -> set[int]:
+    """The independent flows that a row depends on."""
+    return {k for end in row.ends for k in flows[structure.class_of[end.bond]]}
+
+
+def _bonds_of_inertias(structure: Structure, basis: Sequence[Basis]) -> frozenset[int]:
+    """A bond of each independent flow that moves inertias."""
+    inertias = (b.bond_class for b in basis if b.kind is BasisKind.INERTIA)
+    return frozenset(structure.classes[number].bonds[0] for number in inertias)
+
+
 def _refuse_without_inertia(
     graph: FlatGraph,
     structure: Structure,
@@ -370,21 +421,16 @@ def _refuse_without_inertia(
     basis: Sequence[Basis],
     flows: _Flows,
 ) -> None:
-    """Refuse a closed chain that moves something without inertia, or lies in a dual region."""
-    allowed = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
+    """Refuse closed chains that move something without inertia, or lie in a dual region."""
     errors = []
     for closure in closures:
-        ends = rows[closure.row].ends
-        columns = {k for end in ends for k in flows[structure.class_of[end.bond]]}
-        dual = any(structure.dual[end.bond] for end in ends)
-        if not dual and all(basis[k].kind in allowed for k in columns):
-            continue
+        row = rows[closure.row]
+        columns = _columns(structure, row, flows)
         moduli = _moduli(graph, closure.elements)
         met = {bond for k in columns for bond in structure.classes[basis[k].bond_class].bonds}
         others = [k for k in (*closure.elements, *holding(graph, met)) if k not in moduli]
         chain = connections(graph, moduli), connections(graph, others)
-        span = graph.elements[rows[closure.row].element].span
-        errors.append(catalogue.rigid_chain(span, *chain))
+        errors.append(catalogue.rigid_chain(graph.elements[row.element].span, *chain))
     if errors:
         raise BgError(errors)
 

@@ -48,16 +48,17 @@ def eliminate(
     certifier: Certifier,
     structure: Structure,
     carrying: Collection[int] = (),
+    held: Collection[int] = (),
 ) -> Elimination:
     """Solve the rows for as many classes as certified pivots allow, in the order above.
 
     Classes without an element that are in `carrying` are kept independent where a compliance or a
-    resistance can depend on them.
+    resistance can depend on them, classes in `held` always.
     """
-    sparse = _Work(dag, fingerprints, certifier, structure, carrying).run()
+    sparse = _Work(dag, fingerprints, certifier, structure, carrying, held).run()
     if not sparse.unsolved and sparse.weakest > _WEAK:
         return sparse
-    whole = eliminate_in_sequence(dag, fingerprints, certifier, structure)
+    whole = eliminate_in_sequence(dag, fingerprints, certifier, structure, held)
     return min(sparse, whole, key=lambda e: (e.unsolved, -min(e.weakest, _WEAK)))
 
 
@@ -69,9 +70,10 @@ class _Work:
         certifier: Certifier,
         structure: Structure,
         carrying: Collection[int],
+        held: Collection[int],
     ) -> None:
         self._certifier = certifier
-        self._rows = WorkingRows(dag, fingerprints, certifier, structure, carrying)
+        self._rows = WorkingRows(dag, fingerprints, certifier, structure, carrying, held)
         self._followers = [0] * len(structure.classes)  # steps whose working row has a class
         self._blocks = [block for block in structure.blocks if block.varies]
         # Rows of blocks that cannot be inverted as they are, by the level that was asked for.

@@ -13,7 +13,7 @@ its preference for inertias.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -37,21 +37,30 @@ _FOLLOWING = 6  # place of a class that a transformer without an inverse gives
 
 
 def eliminate_in_sequence(
-    dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+    dag: Dag,
+    fingerprints: Fingerprints,
+    certifier: Certifier,
+    structure: Structure,
+    held: Collection[int] = (),
 ) -> Elimination:
     """Solve the rows for all classes but those that become independent, in the order above.
 
-    Rows that only independent classes are left in remain.
+    Rows that only independent classes are left in remain. Classes in `held` are independent.
     """
-    return _Sequence(dag, fingerprints, certifier, structure).run()
+    return _Sequence(dag, fingerprints, certifier, structure, held).run()
 
 
 class _Sequence:
     def __init__(
-        self, dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        certifier: Certifier,
+        structure: Structure,
+        held: Collection[int],
     ) -> None:
         self._certifier = certifier
-        self._rows = WorkingRows(dag, fingerprints, certifier, structure)
+        self._rows = WorkingRows(dag, fingerprints, certifier, structure, held=held)
         self._order = _order(dag, fingerprints, structure, self._rows.levels)
         self._solved: set[int] = set()
         self._blocks = [

@@ -78,6 +78,7 @@ class WorkingRows:
         certifier: Certifier,
         structure: Structure,
         carrying: Collection[int] = (),
+        held: Collection[int] = (),
     ) -> None:
         self._dag = dag
         self._fingerprints = fingerprints
@@ -86,6 +87,8 @@ class WorkingRows:
         self.levels = [level_of(c, structure.ports) for c in structure.classes]
         for number in carrying:
             self.levels[number] = max(self.levels[number], CARRYING)
+        for number in held:
+            self.levels[number] = FLOW_SOURCE
         self._rows: list[Row] = []
         self._forms: list[_Form] = []  # working row of each row
         self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class

@@ -9,6 +9,11 @@ Moduli that vary within a range without zero (`2 + sin(angle)`) are divisors whe
 
 Both are tried where the plain way fails, so that the equations of all other models stay as they
 are. If these fail too, the error is that of the plain way, unless only initial values are at fault.
+
+Around a closed chain the plain way takes rows with constant coefficients first, which makes planar
+linkages along the coordinate axes small. Where mounts are written in decimals, what rounding leaves
+of a coefficient may stand between an independent flow and its inertia. The chain is then opened
+where it is closed by a `Weld`: the coordinates of the open tree move inertias in any case.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.assign import assign_causality
+from bgc.causality.assign import assign_causality, may_be_opened
 from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
@@ -29,6 +34,8 @@ from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
 
 _INITIAL = frozenset({"BG516", "BG517"})  # the equations could be derived, and the start not
+# Refusals of closed chains that depend on the flows chosen as independent.
+_OF_THE_WAY = frozenset({"BG502", "BG513", "BG525", "BG528"})
 
 
 def causality_of(graph: FlatGraph) -> tuple[CausalGraph, Program | None]:
@@ -67,6 +74,9 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
         return causal, derive_equations(causal)
     except BgError as err:
         refused = err
+    if may_be_opened(causal) and not _OF_THE_WAY.isdisjoint(d.code for d in refused.diagnostics):
+        causal = assign_causality(causal.graph, ranged=causal.ranged, opened=True)
+        return causal, derive_equations(causal)
     for graph, ranged in _other_ways(causal, refused):
         try:
             other, program = _with_resistances(graph, ranged=ranged)

@@ -174,3 +174,4 @@ class CausalGraph:
     positive: tuple[PositiveParameter, ...]
     warnings: tuple[Diagnostic, ...]
     ranged: bool = False  # whether divisors may vary within a range without zero
+    opened: bool = False  # whether the coordinates of an open tree are independent

@@ -48,10 +48,15 @@ def on_mount(text: str, pin: str, turn: list[float], digits: int) -> str:
 
 
 def test_a_four_bar_on_mounts_in_general_directions_moves_as_without(load, tmp_path):
-    """Rows that are redundant in exact directions are zero but for the digits of the mounts."""
+    """Rows that are redundant in exact directions are zero but for the digits of the mounts.
+
+    With mounts at all pins, one of the independent rates moved nothing else (BG513 before).
+    """
     text = "import arms.link;\n" + (TESTS / "models/closed_chains.bg").read_text("utf-8")
     text = on_mount(text, "pin1", [1.3, -0.4, 2.1], 11)
+    text = on_mount(text, "pin2", [0.7, 1.1, -0.3], 16)
     text = on_mount(text, "pin3", [-0.2, 1.9, 0.6], 16)
+    text = on_mount(text, "pin4", [-0.9, 0.1, 1.4], 11)
     path = tmp_path / "mounted.bg"
     path.write_text(text, "utf-8")
     result = bgc.compile(path, scene="four_bar", preview=True).simulate()
