@@ -154,6 +154,20 @@ def test_mounts_cost_no_more_than_skew_axes(tmp_path: Path, base: str) -> None:
         assert operations(found.optimised) < allowed
 
 
+def test_an_arm_along_the_coordinate_axes_costs_no_more_than_a_skew_one(tmp_path: Path) -> None:
+    """Quarter turns have zeros and ones, written in eleven digits only zeros of their axis."""
+    exact, rounded, skew = (
+        operations(compiled(tmp_path, joints(6, axes, mount, "Ground")).optimised)
+        for axes, mount in [
+            (("z", "y"), "rot_x(90 deg)"),
+            (("z", "y"), "rot_x(1.57079632679)"),
+            (SKEW, ""),
+        ]
+    )
+    assert exact <= rounded <= skew
+    assert exact < skew / 2
+
+
 @pytest.mark.parametrize("make", [masses_and_springs, one_shaft, ladder])
 def test_nodes_grow_in_proportion_to_a_row(tmp_path: Path, make: Callable[[int], str]) -> None:
     few, many = (compiled(tmp_path, make(n)) for n in (20, 100))
