@@ -11,7 +11,7 @@
 enum { MAX_CLOSING = 100 };
 static const double closed_gap = 1e-9; /* of a condition: m, rad */
 static const double closed_flow = 1e-12; /* the last change of a momentum, relative to scale plus state */
-static const double redundant_gap = 1e-6; /* the same for conditions that follow from others */
+static const double redundant_gap = 3e-6; /* of conditions that follow from others, but for rounded data */
 static const double first_damping = 1e-2; /* of the normal equations at the start, to their trace */
 static const double least_of_damping = 1e-4; /* after a step that did not help */
 static const double rounding_of_start = 1e-3; /* m, rad: given values may be moved by this */

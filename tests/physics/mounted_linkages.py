@@ -63,9 +63,12 @@ class MountedLinkage:
 
 
 def mounted_linkage(
-    seed: int, kind: str, mounts: str, base: str = "ground", places: int = 4
+    seed: int, kind: str, mounts: str, base: str = "ground", places: int = 4, digits: int = 0
 ) -> MountedLinkage:
-    """A linkage with its own axes at some joints and bodies, as many of each as `places`."""
+    """A linkage with its own axes at some joints and bodies, as many of each as `places`.
+
+    `digits` are the decimals of all mounts, axes and moments, by default those of the kind.
+    """
     rng = np.random.default_rng(seed)
     lengths, foot, angle = _shape(rng, kind)
     joints = _JOINTS[kind]
@@ -73,7 +76,7 @@ def mounted_linkage(
     tilt = _drawn(rng, mounts) if places else np.eye(3)
     start = frame = tilt if base == "body" else np.eye(3)
     along, _, normal = (tilt @ _PLANE).T
-    digits = 11 if mounts == "eleven" else 17
+    digits = digits or (11 if mounts == "eleven" else 17)
     parts, chain, offset = [], ["root"], np.zeros(3)
 
     def mounted(name: str, after: np.ndarray) -> np.ndarray:

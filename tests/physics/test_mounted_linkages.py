@@ -4,6 +4,8 @@ import numpy as np
 from mounted_linkages import BASE_MASS, MASSES, mounted_linkage
 
 import bgc
+from bgc.driver import compile_scene
+from bgc.options import Options
 
 GRAVITY = 9.81
 
@@ -31,3 +33,15 @@ def test_a_slider_crank_on_a_free_body_keeps_its_loop_and_falls(tmp_path):
     centre = (bars + BASE_MASS * result["r"]) / mass
     fall = np.outer(result.time**2 / 2, [0, 0, -GRAVITY * sum(MASSES) / mass])
     np.testing.assert_allclose(centre - centre[0], fall, atol=1e-9)
+
+
+def test_mounts_in_seven_digits_leave_no_row_and_no_mass_over(tmp_path):
+    """Refused before: at the start, where redundant conditions are off by 1e-7 (BG526)."""
+    linkage = mounted_linkage(3, "slider_crank", "general", digits=7)
+    path = tmp_path / "linkage.bg"
+    path.write_text(linkage.source)
+    program = compile_scene(path, Options("linkage"), until="equations").equations
+    momenta = len(program.closures.impulses)
+    assert momenta - program.closures.kept == 1, "one motion is left"
+    assert program.closures.held == 3, "of four coordinates"
+    assert [w.code for w in program.warnings] == ["BG529"]

@@ -93,8 +93,9 @@ def test_rows_determine_a_flow_once_those_before_it_are_known(rows, left):
 
 
 def test_what_rounded_data_leave_over_is_neither_a_row_nor_a_mass():
-    """Eleven digits leave 1e-11 of a coefficient, whose square is the mass that it moves."""
-    assert independent_rows([[1.0, 0.0], [0.0, 1e-11]], 1e-7) == [0]
+    """Seven digits leave 1e-7 of a coefficient, whose square is the mass that it moves."""
+    assert independent_rows([[1.0, 0.0], [0.0, 1e-7]], 1e-7, empty=1e-6) == [0]
+    assert independent_rows([[1.0, 0.0], [0.0, 1e-5]], 1e-7, empty=1e-6) == [0, 1]
     assert independent_rows([[1.0, 0.0], [0.0, 1e-8]], 1e-7) == [0, 1]
-    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-27]], 1e-9) == [0.0, 1.0]
-    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-12]], 1e-9) is None
+    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-14]], 1e-9, 1e-14) == [0.0, 1.0]
+    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-12]], 1e-9, 1e-14) is None

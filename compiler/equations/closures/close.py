@@ -48,8 +48,9 @@ from bgc.ir.program import ClosedChain, Closures, Program
 
 _DEPENDENT = 1e-11  # pivot of S over its diagonal: squares of sines
 _NOISE = 1e-18  # of the largest diagonal of S: squares of coefficients that rounded data leave over
+_NOISE_IN_A_CHAIN = 1e-12  # the same of the largest in one chain, whose flows are of similar size
 _ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the chain is closed
-_KEPT = 1e-6  # rate of a condition, relative to its terms
+_KEPT = 1e-5  # rate of a condition, relative to its terms
 
 
 def close_chains(
@@ -199,7 +200,7 @@ class _Closing:
             raise BgError(
                 [unrepresentable(chain.span, f"the closed chain of {listed(chain.names)}", "inf")]
             )
-        whole = _but_for_rounding([max(table[k][k] for table in tables) for k in every])
+        whole = self._but_for_rounding([max(table[k][k] for table in tables) for k in every])
         orders = [independent_in(table, whole, None, _DEPENDENT) for table in tables]
         rank = max(map(len, orders), default=0)
         if self._rows.conditions and (ranks[0] < max(ranks) or len(orders[0]) < rank):
@@ -218,6 +219,19 @@ class _Closing:
             ):
                 return _Chosen(kept, conditions)
         raise self._refused(every)
+
+    def _but_for_rounding(self, diagonal: Sequence[float]) -> list[float]:
+        """The diagonal of S, with zeros for rows that would be zero in exact directions.
+
+        Mounts in seven digits leave 1e-7 of a coefficient over where directions cancel.
+        """
+        least = [_NOISE * max(diagonal, default=0.0)] * len(diagonal)
+        every = range(len(diagonal))
+        for group in connected_rows(self._dag, self._variables, self._responses, every):
+            largest = max(diagonal[k] for k in group)
+            for k in group:
+                least[k] = max(least[k], _NOISE_IN_A_CHAIN * largest)
+        return [x if x > limit else 0.0 for x, limit in zip(diagonal, least, strict=True)]
 
     def _acted_on(self) -> list[int]:
         """The rows that momenta take part in; all others have to be satisfied by themselves."""
@@ -327,15 +341,6 @@ class _Closing:
             return []
         chain = self._chain(dropped)
         return [catalogue.redundant_rows(chain.span, chain.names, len(dropped))]
-
-
-def _but_for_rounding(diagonal: Sequence[float]) -> list[float]:
-    """The diagonal of S, with zeros for rows that would be zero in exact directions and lengths.
-
-    Mounts in eleven digits leave 1e-11 of a coefficient over where directions cancel.
-    """
-    least = _NOISE * max(diagonal, default=0.0)
-    return [x if x > least else 0.0 for x in diagonal]
 
 
 def _finite(table: Sequence[Sequence[float]]) -> bool:

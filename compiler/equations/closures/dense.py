@@ -10,14 +10,17 @@ Rows = Sequence[Sequence[float]]
 _EMPTY = 1e-9  # beside the longest row: a row of this length or less is zero but for rounded data
 
 
-def independent_rows(matrix: Rows, tolerance: float, first: Sequence[int] = ()) -> list[int]:
+def independent_rows(
+    matrix: Rows, tolerance: float, first: Sequence[int] = (), empty: float = _EMPTY
+) -> list[int]:
     """The rows of a maximal independent set, the best one first.
 
     A row is dependent where the part of it that is orthogonal to the others is at most
-    `tolerance` of its length. Rows in `first` are taken before others.
+    `tolerance` of its length, or where its length is at most `empty` of the longest. Rows in
+    `first` are taken before others.
     """
     lengths = [math.hypot(*row) for row in matrix]
-    least = _EMPTY * max(lengths, default=0.0)
+    least = empty * max(lengths, default=0.0)
     left = {k: list(row) for k, row in enumerate(matrix) if lengths[k] > least}
     sizes = {k: math.hypot(*row) for k, row in left.items()}
     found: list[int] = []

@@ -19,11 +19,12 @@ from bgc.ir.graph import Node
 from bgc.ir.program import Program
 
 CLOSED = 1e-10  # m or rad: what may be left of a condition
-_CLOSED_ENOUGH = 1e-9  # of redundant conditions, between parts whose directions are rounded data
-RANK = 1e-7  # rows closer than this to a combination of others depend on them
+ROUNDED = 1e-6  # m or rad: the same of redundant conditions, where directions are rounded data
+RANK = 3e-6  # rows closer than this to a combination of others depend on them
 _ITERATIONS = 100
 _DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
 _LEAST_DAMPING = 1e-4  # after a step that did not help
+_AT_REST = 1e-12  # m or rad: steps of this length change nothing
 _PROJECTIONS = 20  # of momenta, at most
 _PROJECTED = 1e-9  # relative change of a momentum after which none follows
 _POINTS = 6
@@ -89,6 +90,8 @@ def solve_damped(
         change = damped_change(slopes, [-a for a in residuals], damping * scale)
         trial = [a + b for a, b in zip(x, change, strict=True)]
         found, table = at(trial)
+        if math.hypot(*change) <= _AT_REST:
+            break
         if math.hypot(*found) < size:
             x, residuals, slopes = trial, found, table
             damping *= 0.1
@@ -96,7 +99,7 @@ def solve_damped(
             damping = max(4 * damping, _LEAST_DAMPING)
             if damping > 1e6:
                 break
-    return x if gap_of(residuals) <= _CLOSED_ENOUGH else None
+    return x if gap_of(residuals) <= ROUNDED else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,12 +209,17 @@ def condition_ranks(
     These are independent at every point of the highest rank; None if no choice is.
     """
     tables = [conditions.at(dag, point)[1] for point in points]
-    chosen = [independent_rows(table, RANK) for table in tables]
+    chosen = [_independent(table) for table in tables]
     ranks = [len(rows) for rows in chosen]
     full = [k for k, rank in enumerate(ranks) if rank == max(ranks)]
     for k in full:
         rows = sorted(chosen[k])
         parts = ([tables[other][row] for row in rows] for other in full)
-        if all(len(independent_rows(part, RANK)) == len(rows) for part in parts):
+        if all(len(_independent(part)) == len(rows) for part in parts):
             return ranks, rows
     return ranks, None
+
+
+def _independent(table: Sequence[Sequence[float]]) -> list[int]:
+    """Conditions that are independent for data in seven digits; their sizes are m, rad and 1."""
+    return independent_rows(table, RANK, empty=ROUNDED)

@@ -17,6 +17,7 @@ from itertools import product
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
+from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.inertias.flows import flow_definitions
@@ -29,6 +30,7 @@ from bgc.ir.graph import Node
 _LEAST = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
 _ROUNDING = 1e-13  # the same without masses
 _NO_MASS = 1e-24  # of the largest: less is what coefficients of rounded data leave over, squared
+_NO_MASS_IN_A_CHAIN = 1e-12  # the same where a closed chain can be opened, and moves them then
 _STILL = 1e-6  # of the fastest flow: slower ones are zero up to rounding
 _TAKING_PART = 1e-3  # of the fastest
 _TOLERANCE = (
@@ -88,7 +90,9 @@ class MergedAudit:
             return None
         if any(0 < row[i] < sys.float_info.min for i, row in enumerate(mass)):
             return None  # too few digits to judge
-        motion = motion_without_inertia(mass, least)
+        may_be_rounding = may_be_opened(self._variables.causal)
+        rounding = _NO_MASS_IN_A_CHAIN if may_be_rounding else _NO_MASS
+        motion = motion_without_inertia(mass, least, rounding)
         if motion is not None:
             raise _moving_without_inertia(self._point, group, motion)
         return mass
@@ -268,15 +272,17 @@ def _reduced_mass(point: _Point, group: Group) -> list[list[float]]:
     return mass
 
 
-def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> list[float] | None:
+def motion_without_inertia(
+    mass: Sequence[Sequence[float]], least: float, rounding: float
+) -> list[float] | None:
     """A motion along which a mass matrix, scaled to a unit diagonal, has at most the value `least`.
 
-    So has one whose own mass is rounding beside the largest. None where all eigenvalues are larger,
+    So has one whose own mass is `rounding` of the largest. None where all eigenvalues are larger,
     which a Cholesky factorisation of the scaled matrix minus `least` times the identity proves.
     Where the factorisation breaks down, the rows up to there give the motion.
     """
     largest = max((row[i] for i, row in enumerate(mass)), default=0.0)
-    least_mass = _NO_MASS * largest
+    least_mass = rounding * largest
     scale = [row[i] ** 0.5 if row[i] > least_mass else 0.0 for i, row in enumerate(mass)]
     factors: list[list[float]] = []
     for i, row in enumerate(mass):
