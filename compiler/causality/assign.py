@@ -37,6 +37,8 @@ from bgc.ir.causal import (
 from bgc.ir.graph import FlatGraph, Gyrator, Junction, Node, Source, Transformer
 from bgc.ir.program import PositiveParameter
 
+_ROUNDING = 1e-6  # of the largest coefficient of a row: less is zero, but for data in seven digits
+
 _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
 
 
@@ -46,10 +48,12 @@ class _Way:
 
     The rows of the junctions `cut` close chains. The classes `carrying` stay independent where
     possible (`elimination.eliminate`), those of the bonds `held` in any case. With `ranged`,
-    moduli that vary within a range without zero are divisors too, where no other is left.
+    moduli that vary within a range without zero are divisors too, where no other is left. The
+    junctions `weak` are cut if what rounded data leave of zero would be a divisor otherwise.
     """
 
     cut: frozenset[int] = frozenset()
+    weak: frozenset[int] = frozenset()
     carrying: frozenset[int] = frozenset()
     held: frozenset[int] = frozenset()
     ranged: bool = False
@@ -75,7 +79,7 @@ def assign_causality(
     cut = _closing_junctions(graph)
     if not (opened and cut):
         try:
-            found = _assigned(graph, _Way(ranged=ranged))
+            found = _assigned(graph, _Way(weak=cut, ranged=ranged))
             return found if ranged else _sparing(graph, found)
         except BgError:
             if not cut:
@@ -146,6 +150,8 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
     _refuse_shared_flows(graph, structure)
     held = frozenset(structure.class_of[bond] for bond in way.held)
     elimination = eliminate(graph.dag, fingerprints, certifier, structure, way.carrying, held)
+    if way.weak and elimination.unsolved and elimination.weakest < _ROUNDING:
+        return _assigned(graph, _Way(cut=way.weak, ranged=way.ranged))
     warnings, closures = _judge_remaining(graph, structure, certifier, elimination, held)
     steps, watched = sequence_rows(
         graph.dag,

@@ -35,13 +35,22 @@ def test_a_slider_crank_on_a_free_body_keeps_its_loop_and_falls(tmp_path):
     np.testing.assert_allclose(centre - centre[0], fall, atol=1e-9)
 
 
-def test_mounts_in_seven_digits_leave_no_row_and_no_mass_over(tmp_path):
-    """Refused before: at the start, where redundant conditions are off by 1e-7 (BG526)."""
-    linkage = mounted_linkage(3, "slider_crank", "general", digits=7)
+def equations_of(linkage, tmp_path):
     path = tmp_path / "linkage.bg"
     path.write_text(linkage.source)
-    program = compile_scene(path, Options("linkage"), until="equations").equations
+    return compile_scene(path, Options("linkage"), until="equations").equations
+
+
+def test_mounts_in_seven_digits_leave_no_row_and_no_mass_over(tmp_path):
+    """Refused before: at the start, where redundant conditions are off by 1e-7 (BG526)."""
+    program = equations_of(mounted_linkage(3, "slider_crank", "general", digits=7), tmp_path)
     momenta = len(program.closures.impulses)
     assert momenta - program.closures.kept == 1, "one motion is left"
     assert program.closures.held == 3, "of four coordinates"
     assert [w.code for w in program.warnings] == ["BG529"]
+
+
+def test_what_rounding_leaves_of_a_coefficient_is_no_divisor(tmp_path):
+    """1e-16 divided by gave entries of N of 4e16, and ended with an AssertionError."""
+    program = equations_of(mounted_linkage(100, "triangle", "rational", "driven", 1), tmp_path)
+    assert len(program.closures.impulses) == program.closures.kept, "the crank moves all"
