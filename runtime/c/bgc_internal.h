@@ -126,6 +126,11 @@ void bgc_collocation_quadrature(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* --- run.c */
 
+/* The end of fixed step k. */
+static inline double bgc_tick(const bgc_core *core, int64_t k) {
+    return core->origin + (double)k * core->step_parts / core->step_whole;
+}
+
 /* The next sample of the devices, or the next instant of a sampled part if that is first. */
 static inline void bgc_schedule(bgc_core *core) {
     const double sample = core->origin + (double)core->sample * core->period;

@@ -112,6 +112,21 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
             at_low = bgc_depth_of(m, d, k, d->probe[k]);
         }
     }
+
+    /* The width so far is a bit of the end of the step; earlier times have more bits. A step that begins at
+     * the edge keeps that width as its length. */
+    while (way == TIME_ALONE && low > d->core.t) {
+        const double half = 0.5 * (low + high);
+        if (!(half > low && half < high)) {
+            break;
+        }
+        evaluate(m, d, way, half, d->probe);
+        if (bgc_has_left(m, d, k, d->probe[k])) {
+            high = half;
+        } else {
+            low = half;
+        }
+    }
     return high;
 }
 

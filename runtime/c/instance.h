@@ -121,8 +121,10 @@ typedef struct {
     int failed_chain, failed_jump, failed_held;
     double failed_time; /* of failed_divisor */
 
-    /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
+    /* Fixed steps end at origin + ticks step, samples are at origin + k period. The step is
+     * step_parts over step_whole, so that its multiples are the numbers nearest to 0.1, 0.2, 0.3. */
     double t, origin, period;
+    double step_parts, step_whole;
     int64_t ticks, sample;
     double instant;      /* the next instant of a sampled part; INFINITY: there is none */
     double due;          /* the next instant or sample, whichever is first */

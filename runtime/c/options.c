@@ -5,6 +5,7 @@
 #include <string.h>
 
 static const double default_sample = 1e-3; /* s, of devices in a scene that gives no step */
+static const double largest_denominator = 1e6; /* of a step */
 
 /* --- methods ------------------------------------------------------------------------------- */
 
@@ -58,6 +59,30 @@ bgc_status bgc_get_method(int k, bgc_method_info *info) {
 
 /* --- options ------------------------------------------------------------------------------- */
 
+/* The least fraction that rounds to the step, by its continued fraction; the step over 1 where its denominator
+ * is large. */
+static void divide_step(bgc_core *core) {
+    double rest = core->step, before[2] = {0.0, 1.0}, last[2] = {1.0, 0.0};
+
+    core->step_parts = core->step;
+    core->step_whole = 1.0;
+    for (;;) {
+        const double whole = floor(rest);
+        const double parts[2] = {whole * last[0] + before[0], whole * last[1] + before[1]};
+        if (!(parts[1] <= largest_denominator)) {
+            return;
+        }
+        if (parts[0] / parts[1] == core->step) {
+            core->step_parts = parts[0];
+            core->step_whole = parts[1];
+            return;
+        }
+        memcpy(before, last, sizeof last);
+        memcpy(last, parts, sizeof last);
+        rest = 1.0 / (rest - whole);
+    }
+}
+
 /* Whether the step of the scene is a multiple of this step. */
 static int divides(double step, double scene) {
     const double parts = round(scene / step);
@@ -93,6 +118,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->keep = o->keep > 0 ? o->keep : 1;
     core->accounts = o->accounts != 0 && m->energy != NULL;
     core->step = fixed ? step : o->step;
+    divide_step(core);
 
     /* The sample period is the step of the scene under every method whose steps end at it. */
     core->period = 0.0;

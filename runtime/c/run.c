@@ -136,11 +136,13 @@ static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int take
     }
 }
 
-/* Writes a row: outputs and accounts, at the present or inside the last step. BGC_NOT_FINITE where an energy
- * is not: it overflows before the states that it is a square of. */
+/* Writes a row: outputs and accounts, at the present or inside the last step. One before an event that the last
+ * step ended at is inside, be it by rounding: a row at the time of `time > 1` has the values before.
+ * BGC_NOT_FINITE where an energy is not: it overflows before the states that it is a square of. */
 bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
-    const int inside = t < core->t - bgc_time_slack(core->t, core->t_old);
+    const int before_event = t < core->t && core->event_at == core->t && core->dense != BGC_NO_DENSE;
+    const int inside = before_event || t < core->t - bgc_time_slack(core->t, core->t_old);
     const double *x = d->x, *u = d->u;
     double power[2] = {0.0, 0.0};
 

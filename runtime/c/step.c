@@ -145,7 +145,7 @@ static double before_instant(const bgc_core *core, double planned) {
  * equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
-    const double grid = core->origin + (double)(core->ticks + 1) * core->step;
+    const double grid = bgc_tick(core, core->ticks + 1);
     bgc_balance balance = {0};
     const double part = core->t + ldexp(core->step, -core->halvings);
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 
 DEFAULT_ROWS = 1000
+_LARGEST_DENOMINATOR = 10**6  # of an interval between rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +29,24 @@ class RowTimes:
         return self.count
 
     def between(self, first: int, last: int) -> Array:
-        """The times of the rows from `first` to before `last`."""
-        times = np.arange(first, last, dtype=np.float64) * self.interval
+        """The times of the rows from `first` to before `last`.
+
+        Multiples of 0.1 are the numbers nearest to 0.2, 0.3 and so on, as fixed steps and the
+        constants of a model are: in the row at 0.3 s, `time > 0.3 s` is false.
+        """
+        parts, whole = _fraction(self.interval)
+        times = np.arange(first, last, dtype=np.float64) * parts / whole
         if last == self.count:
             times[-1] = self.duration
         return times
+
+
+def _fraction(interval: float) -> tuple[float, float]:
+    """The least fraction that rounds to an interval; (interval, 1) if its denominator is large."""
+    least = Fraction(interval).limit_denominator(_LARGEST_DENOMINATOR)
+    if float(least) == interval:
+        return float(least.numerator), float(least.denominator)
+    return interval, 1.0
 
 
 def row_times(duration: float, every: float | None, step: float | None, columns: int) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -177,10 +178,10 @@ def test_a_step_ends_exactly_at_a_switch_of_time(c_model: Any, setup: str) -> No
 @pytest.mark.parametrize("setup", FIXED)
 def test_fixed_steps_return_to_their_grid(c_model: Any, setup: str) -> None:
     stop = started(c_model, setup)
-    step = SETUPS[setup]["step"]
+    step = Fraction(str(SETUPS[setup]["step"]))
     for k in range(1, int(END / step)):
-        row = stop.finish([step * k])[0]
-        assert stop.time == step * k
+        row = stop.finish([float(k * step)])[0]
+        assert stop.time == float(k * step)
         np.testing.assert_array_equal(row[:2], stop.state)
     assert stop.counts.events > 5
     # An event splits a step in two.

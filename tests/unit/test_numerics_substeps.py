@@ -109,8 +109,8 @@ def test_steps_end_on_the_grid(c_model: Any, method: str) -> None:
     stop = c_model("stop")
     stop.start(method, step=0.1, substeps=7, rtol=1e-6)
     for k in range(1, 21):
-        stop.finish([k * 0.1])
-        assert stop.time == k * 0.1
+        stop.finish([k / 10])
+        assert stop.time == k / 10
 
 
 @pytest.mark.parametrize("method", ["ros34prw", "ros23", "rk4"])

@@ -124,7 +124,7 @@ static void attempt_fixed(bgc_batch *b) {
         judge_lanes(b);
     }
     release_moving(b, step);
-    move(b, b->option->origin + (double)(b->ticks + 1) * step);
+    move(b, bgc_tick(b->option, b->ticks + 1));
     bgc_batch_choose_fixed_method(b);
     bgc_batch_watch_switches(b);
     if (b->option->accounts) {
