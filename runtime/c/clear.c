@@ -3,7 +3,8 @@
  * Most steps come near to no edge. An argument that is farther from the edge than it varies between a few
  * samples of the step needs no closer look. Where it is much farther away than it has varied in the steps
  * before, its value at the end of the step is enough; every few steps all arguments are looked at within
- * the step nevertheless.
+ * the step nevertheless: every 8th, or up to every 32nd where the distance is so large that a variation within
+ * the steps, unseen at their ends, would have to grow as fast to reach the edge.
  *
  * Where a body or a valve rests on the edge of a kink, the argument crosses it by rounding in most steps.
  * Once f has shown that the effect of this is far from mattering, the value at the end is enough too, as long
@@ -14,9 +15,9 @@
 
 #include <math.h>
 
-static const double far_from_edge = 16.0;  /* times the variation of steps before */
+static const double far_from_edge[] = {0x1p4, 0x1p8, 0x1p12, 0x1p16}; /* times the variation of steps before */
 static const double rounding_part = 1e-10; /* of the largest argument so far: less is rounding */
-enum { END_CHECKS = 7 }; /* steps that are examined at their end only, before one is examined within */
+enum { END_CHECKS = 31 }; /* steps that are examined at their end only, before one is examined within */
 
 /* fmin and fmax of numbers, without a call. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
@@ -64,6 +65,8 @@ void bgc_note_rest(bgc_data *d, int k, const double *const *z) {
  * are examined at their end only. */
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) {
     const double last = d->core.counts.last_step, growth = h > last ? h / last : 1.0;
+    const int eights = (END_CHECKS - d->core.end_checks) / 8; /* of steps since the last look within */
+    const double far = far_from_edge[eights];
     int resting = 0;
 
     if (d->core.end_checks == 0 || !(last > 0.0)) {
@@ -75,9 +78,9 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
         const double mode = d->mode[k], before = d->argument[k], change = fabs(z[k] - before);
         const double swing = larger(growth * d->swing[k], change);
         const double nearest = bgc_lesser_depth(operation, mode, before, z[k]);
-        if (isnan(mode) || (!(nearest > far_from_edge * swing) &&
-                            (swing != 0.0 || bgc_is_outside(m, d, k, z[k])))) {
-            if (isnan(mode) || !rests_on_edge(d, k, z[k], growth)) {
+        if (isnan(mode) ||
+            (!(nearest > far * swing) && (swing != 0.0 || bgc_is_outside(m, d, k, z[k])))) {
+            if (isnan(mode) || eights > 0 || !rests_on_edge(d, k, z[k], growth)) {
                 return 0;
             }
             resting = 1;

@@ -4,9 +4,7 @@
 and `max` left to error control, compiled by the flags of the runtime's loops but for x86-64-v3,
 which callgrind knows, and run from its start by `ros34prw` in steps of 1 ms for 0.5 s. Devices stay
 closed and nothing begins at rest: both programs run the same. The goal is 2 % where no kink is
-crossed. The gantry and the offshore lift are above it: a kink of each reads the speed of a rope,
-which has to be computed from the momenta at the end of each step. At sea and with hydraulics, kinks
-are crossed and valves rest on theirs.
+crossed; at sea and with hydraulics, kinks are crossed and valves rest on theirs.
 """
 
 from __future__ import annotations

@@ -238,6 +238,17 @@ def test_arguments_behind_the_rates_cost_no_evaluation_and_change_no_bit(
     assert kept.counts.rhs <= stop.counts.rhs + lost
 
 
+def test_a_variation_that_grows_unseen_by_the_ends_of_steps_is_found(c_model: Any) -> None:
+    """Steps far from an edge are examined within less often, by how far they are."""
+    swelling = c_model("swelling")
+    swelling.start("ros34prw", step=0.01)
+    (row,) = swelling.finish([0.6])
+    times = (np.arange(600_000) + 0.5) * 1e-6
+    above = 1e-6 * 1.3 ** (100 * times) * np.sin(100 * np.pi * times) ** 2 < 1.0
+    assert row[1] == pytest.approx(above.sum() * 1e-6, abs=1e-5)
+    assert 0.02 < 0.6 - row[1] < 0.04
+
+
 # --- chattering ------------------------------------------------------------------------------
 
 
