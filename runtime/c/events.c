@@ -369,12 +369,15 @@ static int finds_return(const bgc_model *m, bgc_data *d, int k, const double fro
     double times[3], inside[3], least, at, depth;
     int low;
 
+    if (d->ignored[k] != 0.0) {
+        return 0;
+    }
     for (int j = 0; j < 3; j++) {
         times[j] = from[j];
         inside[j] = bgc_depth_of(m, d, k, arguments[j][k]);
     }
     at = bgc_closest_approach(times, inside, &least);
-    if (d->ignored[k] != 0.0 || !(least < near_part * fmax(inside[0], inside[2]))) {
+    if (!(least < near_part * fmax(inside[0], inside[2]))) {
         return 0;
     }
     at = bgc_point_within(times, at, t);
