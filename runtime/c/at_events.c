@@ -107,6 +107,7 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     /* New modes and consistent states; f and the factors of W are those of the old modes. */
     bgc_check_within(d);
     core->event = 0;
+    core->after_event = core->event_at == core->t_old;
     core->event_at = core->t;
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;

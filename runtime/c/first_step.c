@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+static const double no_length = 1e20; /* a step over one that is so short that J does not matter in it */
+
 /* The first step of a method whose error estimate has this order: E. Hairer, S. P. Norsett, G. Wanner,
  * Solving Ordinary Differential Equations I, II.4. States without a rate do not count. */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
@@ -55,16 +57,35 @@ static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const do
     return bgc_first_bad(m->n_state, out) < 0;
 }
 
+/* The rates of all states at the present: those of algebraic ones follow from the others. Returns whether they
+ * were found. */
+static int find_tangent(const bgc_model *m, bgc_data *d, double h, double *tangent) {
+    const double shift = no_length / h; /* W = shift M - J */
+
+    if (d->core.algebraic == 0) {
+        for (int i = 0; i < m->n_state; i++) {
+            tangent[i] = d->f[i] * d->inverse_mass[i];
+        }
+        return 1;
+    }
+    memcpy(tangent, d->f, (size_t)m->n_state * sizeof *tangent);
+    bgc_evaluate_jacobian(m, d);
+    if (bgc_factorise(m, d, shift) != BGC_OK || bgc_solve(m, d, tangent) != BGC_OK) {
+        return 0;
+    }
+    for (int i = 0; i < m->n_state; i++) {
+        tangent[i] *= shift;
+    }
+    return 1;
+}
+
 /* Shortens the first step h of an implicit method at a singular start, where J decreases at once, as
  * 2/t does. The error estimate is filtered by (M/(h gamma) - J)^-1 with J at the start, and ignores
  * components that are stiff there alone. */
 double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h) {
     double *tangent = d->next, *before = d->right, *after = d->magnitude;
 
-    for (int i = 0; i < m->n_state; i++) {
-        tangent[i] = d->f[i] * d->inverse_mass[i];
-    }
-    if (!multiply_jacobian(m, d, d->core.t, d->x, tangent, before)) {
+    if (!find_tangent(m, d, h, tangent) || !multiply_jacobian(m, d, d->core.t, d->x, tangent, before)) {
         return h;
     }
     while (h * bgc_norm(m, d, before, d->x, d->x) > bgc_norm(m, d, tangent, d->x, d->x)) {

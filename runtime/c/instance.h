@@ -150,6 +150,7 @@ typedef struct {
 
     int event;       /* the step under way ends at an event */
     double event_at; /* time of the last event */
+    int after_event; /* the step that ended there began at one, too */
     int unreturned;  /* an argument that a jump turned back has not come back within its mode */
     int near_edge;   /* in that step a switch came near to the edge of its mode, or it has none */
     int end_checks;  /* steps that may be examined at their end only, before one is examined within */

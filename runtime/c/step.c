@@ -324,6 +324,15 @@ static bgc_status advance_or_leave(const bgc_model *m, bgc_data *d, const bgc_me
     return d->core.left ? BGC_OK : advance_held(m, d, method, h);
 }
 
+/* Whether the present may be a point at which J is infinite: the start, an event there, or one of events that
+ * follow each other step by step, as beside the root of a law whose piece ends there. */
+static int may_be_singular(const bgc_core *core) {
+    const bgc_counts *counts = &core->counts;
+
+    return (counts->steps == counts->events && counts->events < 2) ||
+           (core->after_event && core->event_at == core->t);
+}
+
 /* From the present to the end of a step of the length that step control chooses, or a rejection. */
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
@@ -351,8 +360,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next =
             core->step > 0.0 ? core->step : bgc_first_step(m, d, method->error_order);
     }
-    if (core->counts.steps + core->counts.rejected == core->counts.events &&
-        core->counts.events < 2 && method->family->jacobian) { /* the start, or an event there */
+    if (method->family->jacobian && !core->rejected && may_be_singular(core)) {
         core->h_next = bgc_limit_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);

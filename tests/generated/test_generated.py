@@ -12,8 +12,18 @@ import pytest
 from dense_pencil import is_singular
 from equation_check import check_columns
 from observed_variables import with_all_observed
-from program_check import RATE, RESIDUAL, ROWS, START, by_equations, by_reference, program_of
-from program_draw import draw_program
+from program_check import (
+    DEFAULT_RTOL,
+    PROMISED,
+    RATE,
+    RESIDUAL,
+    ROWS,
+    START,
+    by_equations,
+    by_reference,
+    program_of,
+)
+from program_draw import Wishes, draw_program
 from program_ends import cut_before, vanishing
 from program_loops import loop_differences
 from program_modes import slope_errors
@@ -42,6 +52,18 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
     assert (kind, about) == ("agrees", about)
+
+
+def test_a_run_with_defaults_leaves_the_root_that_it_starts_at(tmp_path: Path) -> None:
+    """At the start a throttle without flow has an infinite slope, and an event follows at once.
+
+    The rates of all states, integrated, are their changes; the error of a row is that of defaults.
+    """
+    drawn = draw_program(30433, Wishes(initials=False))
+    program = with_all_observed(drawn).with_scene(rows=ROWS)
+    columns = run_text(write(program), tmp_path, rtol=DEFAULT_RTOL)
+    found = check_columns(raw_equations(program), columns, float(program.scene.duration))
+    assert found.residual <= RESIDUAL and found.rate <= PROMISED, found
 
 
 @pytest.mark.parametrize("seed", [20003, 20011])
