@@ -115,6 +115,19 @@ def test_closing_leaves_no_force(handle: Any, library: Any) -> None:
     assert ctypes.c_int.in_dll(library, "test_open").value == 0
 
 
+def test_a_device_opened_again_closes_the_one_before(handle: Any, library: Any) -> None:
+    handle.start("ros34prw")
+    handle.finish([0.5])
+    assert written(library)[0] != 0.0
+    message = ctypes.create_string_buffer(b"from before")
+    driver = ctypes.byref(Driver.in_dll(library, "test_driver"))
+    assert handle.call("bgc_open_device", 0, driver, None, message, ctypes.c_size_t(12)) == "OK"
+    assert message.value == b""
+    assert written(library) == [0.0] * 4
+    assert ctypes.c_int.in_dll(library, "test_open").value == 1
+    assert handle.call("bgc_open_device", 0, driver, None, None, ctypes.c_size_t(0)) == "OK"
+
+
 def test_fault_ends_the_run_without_force(handle: Any, library: Any) -> None:
     handle.start("ros34prw")
     ctypes.c_double.in_dll(library, "test_faulty_from").value = 0.255
