@@ -160,6 +160,9 @@ def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str
     tried = _variants(program, place, scales_of_columns(base), base, variants)
     if tried is not None:
         return tried
+    coarse = _at_defaults(program, raw, place)
+    if coarse is not None:
+        return coarse
     if all(not column.any() for column in base.values()):
         return "rest", ""
     return "agrees", about
@@ -248,6 +251,20 @@ def _confirmed_by_equations(program: Program, raw: Raw, place: Path, about: str)
     if about.endswith("none at 1e-12") and "sqrt(abs(" in write(program):
         promised = PROMISED_AT_ROOTS
     return ("loose" if missed <= promised else "differs"), f"{about}; with defaults {missed:.1e}"
+
+
+def _at_defaults(program: Program, raw: Raw, place: Path) -> tuple[str, str] | None:
+    """The outcome where a run at the default tolerance errs by more than it promises, else None."""
+    try:
+        columns = run_text(write(program), place, rtol=DEFAULT_RTOL)
+    except Refused as err:
+        return "refused", f"with defaults {err}"
+    found = check_columns(raw, columns, float(program.scene.duration), floor=1.0)
+    missed = max(found.residual, found.rate, found.start)
+    promised = PROMISED_AT_ROOTS if "sqrt(abs(" in write(program) else PROMISED
+    if missed <= promised or _rests(columns, found):
+        return None
+    return "differs", f"with defaults {_satisfied(found)[1]}"
 
 
 def _rests(base: Columns, found: Checked) -> bool:
