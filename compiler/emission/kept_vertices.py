@@ -17,7 +17,8 @@ rate reads it. Before a group is eliminated, the vertices on the paths between i
 are. The groups come in the order of the longest paths from the columns of their speeds, shortest
 first: a chain from its tip, a tree from its leaves. (The number of vertices that a speed reaches
 does not follow a chain: a slide turns nothing, so it reaches fewer than a hinge further out.)
-Vertices that few edges meet are eliminated at once.
+Vertices that add few edges are eliminated at once, and the vertices of a group in the order of the
+edges that they add, as in `vertices.py`.
 
 Everything here is done on patterns. A vertex is accumulated (its edges multiplied symbolically,
 `vertices.py`) if no unknown has been eliminated on its edges before; the others are kept.
@@ -31,7 +32,7 @@ from heapq import heapify, heappop, heappush
 
 Edges = Mapping[int, Collection[int]]
 Settings = tuple[int, int]
-"""Limits for a cheap vertex, products less edges: at the start, and after each group."""
+"""Limits for a cheap vertex, growth of the number of edges: at the start, and after each group."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +109,11 @@ class _Elimination:
         return {k: max((length[x] for x in self.out_of[~k]), default=0) for k in unknowns}
 
     def take_cheap(self, vertices: Iterable[int], slack: int) -> None:
-        """Eliminate vertices whose products are hardly more than their edges."""
+        """Eliminate vertices that add hardly any edges."""
         for vertex, queue in self._in_order(vertices):
-            edges = len(self.into[vertex]) + len(self.out_of[vertex])
-            if self._products(vertex) <= edges + slack:
+            if self._growth(vertex) <= slack:
                 for other in self._take_vertex(vertex):
-                    heappush(queue, (self._products(other), -other))
+                    heappush(queue, (self._growth(other), -other))
 
     def take_group(self, group: Sequence[int]) -> set[int]:
         """Eliminate the vertices on the paths of a group, then its unknowns.
@@ -127,30 +127,33 @@ class _Elimination:
             neighbours = self._take_vertex(vertex)
             touched |= neighbours
             for other in neighbours & path:
-                heappush(queue, (self._products(other), -other))
+                heappush(queue, (self._growth(other), -other))
         for k in group:
             touched |= self._take_unknown(k)
         return touched & self.into.keys()
 
     def _in_order(self, vertices: Iterable[int]) -> Iterable[tuple[int, list[tuple[int, int]]]]:
-        """Vertices by their products, of equal ones the last first, and the queue of the others.
+        """Vertices by the edges that they add, of equal ones the last first, and the queue.
 
-        A vertex whose products change has to be added to the queue again.
+        A vertex whose edges change has to be added to the queue again. Edges between its neighbours
+        may make what it adds less in the meantime: the order is that of the least only nearly.
         """
-        queue = [(self._products(v), -v) for v in vertices if v in self.into]
+        queue = [(self._growth(v), -v) for v in vertices if v in self.into]
         heapify(queue)
         while queue:
-            products, place = heappop(queue)
+            growth, place = heappop(queue)
             if -place not in self.into:
                 continue
-            if products != (now := self._products(-place)):
+            if growth != (now := self._growth(-place)):
                 heappush(queue, (now, place))
                 continue
             yield -place, queue
 
-    def _products(self, vertex: int) -> int:
-        """The number of products in the elimination of a vertex."""
-        return len(self.into[vertex]) * len(self.out_of[vertex])
+    def _growth(self, vertex: int) -> int:
+        """The growth of the number of edges in the elimination of a vertex."""
+        sources, targets = self.into[vertex], self.out_of[vertex]
+        new = sum(len(sources - self.into[target]) for target in targets)
+        return new - len(sources) - len(targets)
 
     def _take_vertex(self, vertex: int) -> set[int]:
         edges = [(source, vertex) for source in self.into[vertex]]

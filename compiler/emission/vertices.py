@@ -3,9 +3,11 @@
 Each edge of the graph carries the derivative of a node by one of its operands. An intermediate
 vertex is eliminated by multiplying each incoming with each outgoing edge; the edges that remain
 lead from symbols to outputs and are the Jacobian. Elimination in topological order is forward
-differentiation, in reverse order reverse differentiation. Here the vertex with the fewest products
-is eliminated first (Markowitz 1957; Griewank and Reese 1991), among equals the last one. On chains
-of rigid joints this takes a third fewer operations than either order.
+differentiation, in reverse order reverse differentiation. Here the vertex after which the fewest
+edges are left is eliminated first, of several the one with the fewest products, then the last.
+The fewest products first (Markowitz 1957; Griewank and Reese 1991) take more operations: 28 % on
+an arm of 12 rigid joints, 22 % on a tree of 63. Their count does not see the edges that are there
+already, which are most of those between two bodies.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ TIME = -1  # the column of df/dt
 
 Row = dict[int, Node]  # column -> nonzero derivative
 _Edges = dict[int, Node]  # vertex -> derivative
+_Cost = tuple[int, int]  # growth of the number of edges, and products
+_HUB = 256  # products from which on growth is counted only when its turn may have come
 
 
 def by_state_and_time(symbol: Symbol) -> int | None:
@@ -68,7 +72,7 @@ class DerivativeGraph:
         self._out_of: dict[int, _Edges] = {}
         self._choice_of: dict[int, Node] = {}  # sink of a choice -> choice
         self._sinks: dict[Node, tuple[int, int]] = {}  # choice -> sinks of its two operands
-        self._queue: list[tuple[int, int]] = []  # cost and negative vertex
+        self._queue: list[tuple[_Cost, int]] = []  # cost and negative vertex
         self._number = 0
         for node in dag.reachable(outputs):
             self._add(node)
@@ -147,16 +151,15 @@ class DerivativeGraph:
         """Eliminate all nodes except symbols; False if the DAG exceeds `budget` nodes."""
         for node in list(self._sinks):
             self._resolve_choice(node)
-        queue, into, out_of = self._queue, self._into, self._out_of
-        queue += [(self._cost(v), -v) for v in into if v >= 0 and v not in self._sinks]
+        queue, into = self._queue, self._into
+        queue += [(self._least_cost(v), -v) for v in into if v >= 0 and v not in self._sinks]
         heapify(queue)
         while queue:
             cost, place = heappop(queue)
             vertex = -place
             if vertex not in into:
                 continue
-            present = len(into[vertex]) * len(out_of[vertex])
-            if cost != present:
+            if cost != (present := self._cost(vertex)):
                 heappush(queue, (present, place))
                 continue
             self._eliminate_vertex(vertex)
@@ -164,9 +167,19 @@ class DerivativeGraph:
                 return False
         return True
 
-    def _cost(self, vertex: int) -> int:
-        """The number of products in the elimination of a vertex."""
-        return len(self._into[vertex]) * len(self._out_of[vertex])
+    def _cost(self, vertex: int) -> _Cost:
+        """The growth of the number of edges in the elimination of a vertex, and the products."""
+        into, targets = self._into, self._out_of[vertex]
+        sources = into[vertex].keys()
+        new = sum(len(sources - into[target].keys()) for target in targets)
+        return new - len(sources) - len(targets), len(sources) * len(targets)
+
+    def _least_cost(self, vertex: int) -> _Cost:
+        """A lower bound of the cost; growth is not counted for a vertex with many neighbours."""
+        sources, targets = len(self._into[vertex]), len(self._out_of[vertex])
+        if sources * targets <= _HUB:
+            return self._cost(vertex)
+        return -sources - targets, sources * targets
 
     def _eliminate_vertex(self, vertex: int) -> None:
         dag, into, out_of = self._dag, self._into, self._out_of
@@ -189,7 +202,7 @@ class DerivativeGraph:
             if other in self._choice_of:
                 self._resolve_choice(self._choice_of[other])
             elif other >= 0 and other in into and other not in self._sinks:
-                heappush(self._queue, (self._cost(other), -other))
+                heappush(self._queue, (self._least_cost(other), -other))
 
     def _resolve_choice(self, node: Node) -> None:
         """Turn a choice into an ordinary vertex once both operands are differentiated."""
@@ -208,4 +221,4 @@ class DerivativeGraph:
         for sink in self._sinks.pop(node):
             for symbol in self._into.pop(sink):
                 del self._out_of[symbol][sink]
-        heappush(self._queue, (self._cost(node), -node))
+        heappush(self._queue, (self._least_cost(node), -node))

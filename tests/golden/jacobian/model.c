@@ -30,6 +30,7 @@
 static void model_prepare(const double *p, double *h, double *w)
 {
     (void)w;
+    h[2] = p[1] * 0.3;
     h[0] = p[0];
     h[1] = p[1];
 }
@@ -54,12 +55,14 @@ static void model_jacobian(
 {
     (void)t, (void)u, (void)w;
     const double v1 = x[0] + x[1];
-    const double v2 = h[1] * cos(v1);
-    jac[0] = -(0.7 * (h[0] * cos(x[0]) + v2) - 0.4 * v2);
-    jac[1] = -(v2 * 0.3);
-    const double v3 = h[1] * sin(v1);
-    jac[2] = -(0.7 * (h[0] * sin(x[0]) + v3) - 0.4 * v3);
-    jac[3] = -(v3 * 0.3);
+    const double v2 = cos(v1);
+    const double v3 = h[1] * v2;
+    jac[0] = -(0.7 * (h[0] * cos(x[0]) + v3) - 0.4 * v3);
+    jac[1] = -(v2 * h[2]);
+    const double v4 = sin(v1);
+    const double v5 = h[1] * v4;
+    jac[2] = -(0.7 * (h[0] * sin(x[0]) + v5) - 0.4 * v5);
+    jac[3] = -(v4 * h[2]);
     dfdt[0] = 0.0;
     dfdt[1] = 0.0;
     dfdt[2] = 0.0;
@@ -259,7 +262,7 @@ static const bgc_model model_info = {
     .name = "planar",
     .hash = "of its sources",
     .n_param = 2,
-    .n_hoist = 2,
+    .n_hoist = 3,
     .n_state = 4,
     .n_input = 0,
     .n_output = 8,

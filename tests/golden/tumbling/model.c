@@ -592,25 +592,25 @@ static void model_jacobian_5(
     w[-6] = v46;
     const double v47 = x[8] * v46;
     w[-10] = v47;
-    const double v48 = v35 * w[-3];
-    w[-11] = v48;
-    const double v49 = x[9] * v48;
-    w[-13] = v49;
-    const double v50 = v38 * w[-5] + v42 * w[-3] - v44 * w[-1];
-    const double v51 = 2.0 * (w[-9] * w[-9]);
-    const double v52 = (x[6] + x[6]) * v51;
+    const double v48 = v38 * w[-5] + v42 * w[-3] - v44 * w[-1];
+    const double v49 = 2.0 * (w[-9] * w[-9]);
+    const double v50 = (x[6] + x[6]) * v49;
+    w[-11] = v50;
+    const double v51 = v35 * w[-3];
+    w[-13] = v51;
+    const double v52 = x[9] * v51;
     w[-14] = v52;
-    jac[-4] = v47 - v49 - v50 * v52;
-    const double v53 = x[8] * v48;
+    jac[-4] = v47 - v48 * v50 - v52;
+    const double v53 = x[8] * v51;
     w[-16] = v53;
     const double v54 = x[9] * v46;
     w[0] = v54;
     const double v55 = x[7] + x[7];
     w[1] = v55;
-    const double v56 = v55 * v51;
+    const double v56 = v55 * v49;
     w[2] = v56;
-    jac[-3] = v53 + v54 - v50 * v56;
-    const double v57 = x[7] * v48;
+    jac[-3] = v53 + (v54 - v48 * v56);
+    const double v57 = x[7] * v51;
     w[3] = v57;
     const double v58 = x[6] * v46;
     w[4] = v58;
@@ -618,18 +618,18 @@ static void model_jacobian_5(
     w[5] = v59;
     const double v60 = v35 * w[-1];
     w[6] = v60;
-    const double v61 = v59 * v51;
+    const double v61 = v59 * v49;
     w[7] = v61;
-    jac[-2] = v57 + (v58 - v59 * v60) - v50 * v61;
+    jac[-2] = v57 + (v58 - (v59 * v60 + v48 * v61));
     const double v62 = x[7] * v46;
     w[8] = v62;
     const double v63 = x[9] + x[9];
     w[9] = v63;
-    const double v64 = x[6] * v48;
+    const double v64 = v63 * v49;
     w[10] = v64;
-    const double v65 = v63 * v51;
+    const double v65 = x[6] * v51;
     w[11] = v65;
-    jac[-1] = v62 - v63 * v60 - v64 - v50 * v65;
+    jac[-1] = v62 - (v63 * v60 + v48 * v64) - v65;
     const double v66 = x[8] * x[9];
     w[12] = v66;
     const double v67 = x[6] * x[7];
@@ -659,15 +659,15 @@ static void model_jacobian_6(
     jac[-12] = h[-5] * w[11] + h[-11] * w[13] + h[1] * w[15];
     const double v74 = x[9] * w[2];
     const double v75 = w[-9] * w[10] - w[-7] * w[12] + w[-5] * w[14];
-    jac[-11] = v74 - w[4] - v75 * w[-18];
+    jac[-11] = v74 - (v75 * w[-15] + w[4]);
     const double v76 = x[8] * w[2];
-    jac[-10] = v76 - (w[-3] * w[-15] + w[0]) - v75 * w[-2];
+    jac[-10] = v76 - (w[-3] * w[-17] + v75 * w[-2] + w[0]);
     const double v77 = x[7] * w[2];
     w[-13] = v77;
-    jac[-9] = w[-4] + v77 - v75 * w[3];
+    jac[-9] = w[-4] - v75 * w[3] + v77;
     const double v78 = x[6] * w[2];
     w[-12] = v78;
-    jac[-8] = w[-14] - w[5] * w[-15] + v78 - v75 * w[7];
+    jac[-8] = w[-14] - (w[5] * w[-17] + v75 * w[6]) + v78;
     const double v79 = w[-6] + w[-8];
     const double v80 = 1.0 - w[-19] * v79;
     const double v81 = w[8] + w[9];
@@ -682,14 +682,14 @@ static void model_jacobian_6(
     jac[-2] = h[-5] * v80 + h[-11] * v82 + h[1] * v84;
     const double v85 = w[-7] * v81 - w[-9] * v79 + w[-5] * v83;
     w[16] = v85;
-    jac[-1] = w[-1] - v76 - v85 * w[-18];
-    jac[0] = w[6] - w[-3] * w[-10] + v74 - v85 * w[-2];
+    jac[-1] = w[-1] - v85 * w[-15] - v76;
+    jac[0] = w[7] - (w[-3] * w[-10] + v85 * w[-2]) + v74;
 }
 
 static void model_jacobian_7(double *restrict jac, double *restrict dfdt, double *restrict w)
 {
-    jac[-1] = w[-13] - w[5] * w[-6] - w[-8] - w[20] * w[7];
-    jac[0] = w[-16] + w[-9] - w[20] * w[11];
+    jac[-1] = w[-14] - (w[5] * w[-6] + w[20] * w[7]) - w[-8];
+    jac[0] = w[-16] - w[20] * w[10] + w[-9];
     for (int k = 0; k < 13; k++) dfdt[k] = 0.0;
 }
 
