@@ -214,12 +214,12 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
 }
 
 /* Whether f at the end of the step under way, at time t, is that of the next step as far as is known, and has
- * not been evaluated. At a sample of devices or parts inputs may change. */
+ * not been evaluated. Inputs may change at a sample of devices or parts, all that f reads between calls. */
 static int is_next_f(const bgc_model *m, const bgc_data *d, double t) {
     const bgc_core *core = &d->core;
+    const double known = m->n_input > 0 ? fmin(core->due, core->until) : core->until;
 
-    return !core->f_ahead && core->f_last_at != t &&
-           (m->n_input == 0 || t < core->due - bgc_time_slack(t, core->t_old));
+    return !core->f_ahead && core->f_last_at != t && t < known - bgc_time_slack(t, core->t_old);
 }
 
 /* Evaluates the arguments at d->next, the end of the step under way, at time t; behind f, if the next step

@@ -130,6 +130,7 @@ typedef struct {
     double due;          /* the next instant or sample, whichever is first */
     double since_sample; /* s of computing since the last sample */
     double stop;         /* adaptive steps end there; INFINITY: nowhere */
+    double until;        /* the call under way integrates to there, or a little further */
     int step_cut;        /* an event or a sub-step has cut the fixed step under way */
     int attempts;        /* in this sample; see substeps.c */
     int last_resort;     /* the attempt under way is accepted whatever its error is */

@@ -221,8 +221,9 @@ static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size
     return status;
 }
 
-/* The caller may have written x and u. */
-static void begin_run(const bgc_model *m, bgc_data *d) {
+/* A call that integrates until a time. The caller may have written x and u. */
+static void begin_run(const bgc_model *m, bgc_data *d, double until) {
+    d->core.until = until;
     d->core.f_valid = d->core.jac_valid = 0;
     bgc_find_modes(m, d);
     bgc_hold_modes(m, d);
@@ -247,7 +248,7 @@ bgc_status bgc_advance(const bgc_model *m, bgc_data *d, double t) {
     if (!d->core.ready || !isfinite(t)) {
         return BGC_BAD_ARGUMENT;
     }
-    begin_run(m, d);
+    begin_run(m, d, t);
     status = bgc_apply_inputs(m, d);
     if (status == BGC_OK) {
         status = advance_to(m, d, t, 0);
@@ -266,7 +267,7 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
         return BGC_BAD_ARGUMENT;
     }
 
-    begin_run(m, d);
+    begin_run(m, d, n > 0 ? times[n - 1] : d->core.t);
     status = run(m, d, times, n, rows, done);
     end_run(m, d, status, start);
     return status;
