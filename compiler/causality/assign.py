@@ -47,15 +47,16 @@ class _Way:
     """A way to take the rows of a graph.
 
     The rows of the junctions `cut` close chains. The classes `carrying` stay independent where
-    possible (`elimination.eliminate`), those of the bonds `held` in any case. With `ranged`,
-    moduli that vary within a range without zero are divisors too, where no other is left. The
-    junctions `weak` are cut if what rounded data leave of zero would be a divisor otherwise.
+    possible, and those in `following` follow from the rows that close chains
+    (`elimination.eliminate`). With `ranged`, moduli that vary within a range without zero are
+    divisors too, where no other is left. The junctions `weak` are cut if what rounded data leave of
+    zero would be a divisor otherwise.
     """
 
     cut: frozenset[int] = frozenset()
     weak: frozenset[int] = frozenset()
     carrying: frozenset[int] = frozenset()
-    held: frozenset[int] = frozenset()
+    following: frozenset[int] = frozenset()
     ranged: bool = False
 
 
@@ -148,11 +149,12 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
     structure = junction_structure(graph, way.cut)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=way.ranged)
     _refuse_shared_flows(graph, structure)
-    held = frozenset(structure.class_of[bond] for bond in way.held)
-    elimination = eliminate(graph.dag, fingerprints, certifier, structure, way.carrying, held)
+    elimination = eliminate(
+        graph.dag, fingerprints, certifier, structure, way.carrying, way.following
+    )
     if way.weak and elimination.unsolved and elimination.weakest < _ROUNDING:
         return _assigned(graph, _Way(cut=way.weak, ranged=way.ranged))
-    warnings, closures = _judge_remaining(graph, structure, certifier, elimination, held)
+    warnings, closures = _judge_remaining(graph, structure, certifier, elimination, way.cut)
     steps, watched = sequence_rows(
         graph.dag,
         fingerprints,
@@ -162,17 +164,18 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
         elimination.steps,
     )
     independent, flows = _back_substitute(graph.dag, structure, steps)
-    rows = (*elimination.rows, *structure.closing)
+    late = () if way.following else structure.closing
+    rows = (*elimination.rows, *late)
     closing = {closure.row for closure in closures}
     _verify(fingerprints, graph.dag, structure, elimination.rows, flows, closing)
     basis = _basis(graph, structure, independent, flows)
     closures += [
-        Closure(number, (row.element,))
-        for number, row in enumerate(structure.closing, len(elimination.rows))
+        Closure(number, (row.element,)) for number, row in enumerate(late, len(elimination.rows))
     ]
     still = [c for c in closures if not _moves_inertias_only(structure, rows[c.row], basis, flows)]
-    if still and way.cut:
-        return _assigned(graph, _Way(held=_bonds_of_inertias(structure, basis), ranged=way.ranged))
+    if still and way.cut and not way.following:
+        following = _without_inertia(structure, [rows[c.row] for c in still], basis, flows)
+        return _assigned(graph, _Way(way.cut, following=following, ranged=way.ranged))
     _refuse_without_inertia(graph, structure, rows, still, basis, flows)
     warnings += _warn(graph, structure, basis)
     return CausalGraph(
@@ -187,7 +190,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
         redundant=frozenset(
             origin
             for row, left in elimination.remaining
-            if not left
+            if not left and elimination.rows[row].element not in way.cut
             for origin in elimination.origins[row]
         ),
         closures=tuple(closures),
@@ -208,7 +211,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
         positive=_positive(graph, certifier, elimination, watched),
         warnings=tuple(warnings),
         ranged=way.ranged,
-        opened=bool(way.cut or way.held),
+        opened=bool(way.cut),
     )
 
 
@@ -364,16 +367,19 @@ def _judge_remaining(
     structure: Structure,
     certifier: Certifier,
     elimination: Elimination,
-    held: Collection[int],
+    cut: Collection[int],
 ) -> tuple[list[Diagnostic], list[Closure]]:
     """Warn of redundant rows, refuse contradictory ones, and find those that close a chain.
 
-    A row that could have been solved for a class in `held` closes a chain.
+    The rows of junctions in `cut` close one in any case.
     """
     warnings, errors, closures = [], [], []
     for row, left in elimination.remaining:
         elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
         span = graph.elements[elimination.rows[row].element].span
+        if elimination.rows[row].element in cut:
+            closures.append(Closure(row, (elimination.rows[row].element,)))
+            continue
         if not left:
             names = _names(graph, elements)
             warnings.append(catalogue.redundant_structure(span, names))
@@ -386,9 +392,7 @@ def _judge_remaining(
             errors.append(_conflict(graph, [s for s in sources if s is not None], met, dual=dual))
             continue
         moduli = _moduli(graph, elements)
-        parametric = all(
-            graph.dag.level[entry] <= Level.PARAM and number not in held for number, entry in left
-        )
+        parametric = all(graph.dag.level[entry] <= Level.PARAM for _, entry in left)
         if parametric and moduli:
             element = graph.elements[moduli[0]]
             errors.append(catalogue.zero_modulus(element.span, element.name))
@@ -413,10 +417,13 @@ def _columns(structure: Structure, row: Row, flows: _Flows) -> set[int]:
     return {k for end in row.ends for k in flows[structure.class_of[end.bond]]}
 
 
-def _bonds_of_inertias(structure: Structure, basis: Sequence[Basis]) -> frozenset[int]:
-    """A bond of each independent flow that moves inertias."""
-    inertias = (b.bond_class for b in basis if b.kind is BasisKind.INERTIA)
-    return frozenset(structure.classes[number].bonds[0] for number in inertias)
+def _without_inertia(
+    structure: Structure, rows: Iterable[Row], basis: Sequence[Basis], flows: _Flows
+) -> frozenset[int]:
+    """The classes of the independent flows in some rows that move no inertia."""
+    taking_part = {k for row in rows for k in _columns(structure, row, flows)}
+    given = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
+    return frozenset(basis[k].bond_class for k in taking_part if basis[k].kind not in given)
 
 
 def _refuse_without_inertia(

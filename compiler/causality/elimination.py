@@ -48,18 +48,36 @@ def eliminate(
     certifier: Certifier,
     structure: Structure,
     carrying: Collection[int] = (),
-    held: Collection[int] = (),
+    following: Collection[int] = (),
 ) -> Elimination:
     """Solve the rows for as many classes as certified pivots allow, in the order above.
 
     Classes without an element that are in `carrying` are kept independent where a compliance or a
-    resistance can depend on them, classes in `held` always.
+    resistance can depend on them. Where some independent ones are in `following`, the closing rows
+    are taken in last, and solved for these.
     """
-    sparse = _Work(dag, fingerprints, certifier, structure, carrying, held).run()
+    rows = _best(dag, fingerprints, certifier, structure, carrying)
+    if following:
+        rows.close(structure.closing, following)
+    return rows.result()
+
+
+def _best(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    certifier: Certifier,
+    structure: Structure,
+    carrying: Collection[int],
+) -> WorkingRows:
+    """The rows solved in one order, or in sequence where that is better."""
+    rows = _Work(dag, fingerprints, certifier, structure, carrying).run()
+    sparse = rows.result()
     if not sparse.unsolved and sparse.weakest > _WEAK:
-        return sparse
-    whole = eliminate_in_sequence(dag, fingerprints, certifier, structure, held)
-    return min(sparse, whole, key=lambda e: (e.unsolved, -min(e.weakest, _WEAK)))
+        return rows
+    in_sequence = eliminate_in_sequence(dag, fingerprints, certifier, structure)
+    whole = in_sequence.result()
+    better = min(sparse, whole, key=lambda e: (e.unsolved, -min(e.weakest, _WEAK)))
+    return rows if better is sparse else in_sequence
 
 
 class _Work:
@@ -70,10 +88,9 @@ class _Work:
         certifier: Certifier,
         structure: Structure,
         carrying: Collection[int],
-        held: Collection[int],
     ) -> None:
         self._certifier = certifier
-        self._rows = WorkingRows(dag, fingerprints, certifier, structure, carrying, held)
+        self._rows = WorkingRows(dag, fingerprints, certifier, structure, carrying)
         self._followers = [0] * len(structure.classes)  # steps whose working row has a class
         self._blocks = [block for block in structure.blocks if block.varies]
         # Rows of blocks that cannot be inverted as they are, by the level that was asked for.
@@ -83,13 +100,13 @@ class _Work:
         for number in range(len(structure.classes)):
             self._enqueue(number)
 
-    def run(self) -> Elimination:
+    def run(self) -> WorkingRows:
         """Eliminate by the best pivot until there is none; invert blocks to spare inertias."""
         while True:
             pivot = self._next_pivot()
             if pivot is None:
                 if not (self._invert_block(INERTIA) or self._invert_block(FLOW_SOURCE)):
-                    return self._rows.result()
+                    return self._rows
                 continue
             level, number, row = pivot
             if level >= INERTIA and (

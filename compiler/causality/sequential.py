@@ -13,7 +13,7 @@ its preference for inertias.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -27,7 +27,6 @@ from bgc.causality.working_rows import (
     FLOW_SOURCE,
     INERTIA,
     RESISTANCE,
-    Elimination,
     WorkingRows,
 )
 
@@ -37,37 +36,28 @@ _FOLLOWING = 6  # place of a class that a transformer without an inverse gives
 
 
 def eliminate_in_sequence(
-    dag: Dag,
-    fingerprints: Fingerprints,
-    certifier: Certifier,
-    structure: Structure,
-    held: Collection[int] = (),
-) -> Elimination:
+    dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+) -> WorkingRows:
     """Solve the rows for all classes but those that become independent, in the order above.
 
-    Rows that only independent classes are left in remain. Classes in `held` are independent.
+    Rows that only independent classes are left in remain.
     """
-    return _Sequence(dag, fingerprints, certifier, structure, held).run()
+    return _Sequence(dag, fingerprints, certifier, structure).run()
 
 
 class _Sequence:
     def __init__(
-        self,
-        dag: Dag,
-        fingerprints: Fingerprints,
-        certifier: Certifier,
-        structure: Structure,
-        held: Collection[int],
+        self, dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
     ) -> None:
         self._certifier = certifier
-        self._rows = WorkingRows(dag, fingerprints, certifier, structure, held=held)
+        self._rows = WorkingRows(dag, fingerprints, certifier, structure)
         self._order = _order(dag, fingerprints, structure, self._rows.levels)
         self._solved: set[int] = set()
         self._blocks = [
             block for block in structure.blocks if len(block.rows) == len(block.lower) > 1
         ]
 
-    def run(self) -> Elimination:
+    def run(self) -> WorkingRows:
         """Propagate what is known, and make one class after the other independent."""
         self._propagate()
         for number in self._order:
@@ -77,7 +67,7 @@ class _Sequence:
                 self._rows.levels[number] = FLOW_SOURCE
                 self._rows.changed |= self._rows.rows_with(number)
                 self._propagate()
-        return self._rows.result()
+        return self._rows
 
     def _propagate(self) -> None:
         """Solve for every class that follows from those known."""

@@ -78,7 +78,6 @@ class WorkingRows:
         certifier: Certifier,
         structure: Structure,
         carrying: Collection[int] = (),
-        held: Collection[int] = (),
     ) -> None:
         self._dag = dag
         self._fingerprints = fingerprints
@@ -87,8 +86,6 @@ class WorkingRows:
         self.levels = [level_of(c, structure.ports) for c in structure.classes]
         for number in carrying:
             self.levels[number] = max(self.levels[number], CARRYING)
-        for number in held:
-            self.levels[number] = FLOW_SOURCE
         self._rows: list[Row] = []
         self._forms: list[_Form] = []  # working row of each row
         self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class
@@ -111,6 +108,36 @@ class WorkingRows:
     def rows_with(self, number: int) -> set[int]:
         """The open rows with a class."""
         return self._where[number]
+
+    def close(self, rows: Sequence[Row], following: Collection[int]) -> None:
+        """Add rows that close chains, and solve them for the classes in `following` if possible."""
+        first = len(self._rows)
+        for row in rows:
+            terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
+            form = self._combined(terms)
+            for step in self._steps:
+                if step.dependent in form.entries:
+                    solved = self._forms[step.row]
+                    self._subtract(
+                        form, step.dependent, step.row, solved, solved.entries[step.dependent]
+                    )
+            self._rows.append(row)
+            self._forms.append(_Form({}, {}))
+            self._set_form(len(self._rows) - 1, form)
+        while True:
+            pivots = [
+                (size, -abs(self._certifier.default(entries[number])), row, number)
+                for row in range(first, len(self._rows))
+                if row in self.open
+                for entries in [self.entries(row)]
+                for number in entries.keys() & following
+                if self._dag.level[entries[number]] <= Level.PARAM
+                and (size := self._certifier.size_in(entries[number], entries.values())) is not None
+            ]
+            if not pivots:
+                return
+            *_, row, number = min(pivots)
+            self.solve(number, row)
 
     def result(self) -> Elimination:
         """The steps so far, and the rows that are left."""
