@@ -1,6 +1,7 @@
 """Planar linkages on mounts in general directions, closed by the rigid joints of a `Weld`."""
 
 import numpy as np
+import pytest
 from mounted_linkages import BASE_MASS, MASSES, mounted_linkage
 
 import bgc
@@ -8,6 +9,28 @@ from bgc.driver import compile_scene
 from bgc.options import Options
 
 GRAVITY = 9.81
+# A quarter turn and back at the second pin.
+ON_A_MOUNT = """
+import arms.link;
+import mechanics.closing;
+import crane.beam;
+model M {
+  ground : Ground;
+  pin1   : Revolute(axis = -y, angle0 = 60 deg, lock = Rigid[5]);
+  crank  : Beam(length = 0.5 m, mass = 3 kg, side = 0.1 m);
+  turn   : Mount(axes = rot_x(TURN));
+  pin2   : Revolute(axis = -z, lock = Rigid[5]);
+  back   : Mount(axes = rot_x(-90 deg));
+  rod    : Beam(length = 1.5 m, mass = 4 kg, side = 0.05 m);
+  pin3   : Revolute(axis = -y, lock = Rigid[5]);
+  piston : Beam(length = 0.2 m, mass = 6 kg, side = 0.1 m);
+  anchor : Ground;
+  guide  : Prismatic(axis = x, lock = Rigid[5]);
+  weld   : Weld;
+  ground -> pin1 -> crank -> turn -> pin2 -> back -> rod -> pin3 -> piston -> weld.b;
+  anchor -> guide -> weld.a;
+}
+"""
 
 
 def test_a_slider_crank_on_a_free_body_keeps_its_loop_and_falls(tmp_path):
@@ -35,15 +58,15 @@ def test_a_slider_crank_on_a_free_body_keeps_its_loop_and_falls(tmp_path):
     np.testing.assert_allclose(centre - centre[0], fall, atol=1e-9)
 
 
-def equations_of(linkage, tmp_path):
+def equations_of(source, tmp_path, scene="linkage"):
     path = tmp_path / "linkage.bg"
-    path.write_text(linkage.source)
-    return compile_scene(path, Options("linkage"), until="equations").equations
+    path.write_text(source)
+    return compile_scene(path, Options(scene), until="equations").equations
 
 
 def test_mounts_in_seven_digits_leave_no_row_and_no_mass_over(tmp_path):
     """Refused before: at the start, where redundant conditions are off by 1e-7 (BG526)."""
-    program = equations_of(mounted_linkage(3, "slider_crank", "general", digits=7), tmp_path)
+    program = equations_of(mounted_linkage(3, "slider_crank", "general", digits=7).source, tmp_path)
     momenta = len(program.closures.impulses)
     assert momenta - program.closures.kept == 1, "one motion is left"
     assert program.closures.held == 3, "of four coordinates"
@@ -52,5 +75,23 @@ def test_mounts_in_seven_digits_leave_no_row_and_no_mass_over(tmp_path):
 
 def test_what_rounding_leaves_of_a_coefficient_is_no_divisor(tmp_path):
     """1e-16 divided by gave entries of N of 4e16, and ended with an AssertionError."""
-    program = equations_of(mounted_linkage(100, "triangle", "rational", "driven", 1), tmp_path)
+    program = equations_of(
+        mounted_linkage(100, "triangle", "rational", "driven", 1).source, tmp_path
+    )
     assert len(program.closures.impulses) == program.closures.kept, "the crank moves all"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "body"),
+    [("1.571", "-90 deg", "`rod.body`"), ("90 deg", "-1.5706", "`piston.body`")],
+)
+def test_mounts_that_contradict_each_other_are_named(before, after, body, tmp_path):
+    """The axes are 2e-4 rad from parallel, which a Weld cannot close."""
+    source = ON_A_MOUNT.replace("TURN", before).replace("-90 deg", after)
+    with pytest.raises(bgc.BgError) as caught:
+        equations_of(source, tmp_path, None)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG550"
+    assert body in diagnostic.note
+    misfit = float(diagnostic.message.rpartition(" ")[2])
+    assert 5e-5 < abs(misfit) < 3e-4

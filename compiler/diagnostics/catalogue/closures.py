@@ -60,6 +60,31 @@ def open_start(
     )
 
 
+def contradicting_mounts(span: Span, name: str, misfit: float, body: str | None) -> Diagnostic:
+    """BG550: mounts that contradict each other in a closed chain
+
+    What: no position of the joints closes the chain. A gap stays, although the chain is not at the
+    end of its reach.
+    Why: a planar linkage in space closes, and moves, because the axes of all its joints are
+    parallel. Mounts and axes that are wrong by a little hold it instead. Up to 1e-6 (m, rad) counts
+    as rounded data, and the constraints that follow from others are dropped.
+    Example: a four-bar linkage with a quarter turn written as 1.57 at one of its pins.
+    Way out: correct the mount or the axis, or write it in seven digits or more. It is between the
+    body that the message names and the joints before it. Where none is named, the joints agree with
+    each other, and a mount before the first joint, behind the last one or at the `Weld` does not
+    fit.
+    """
+    return error(
+        "BG550",
+        f"mounts in the closed chain contradict each other: `{name}` stays off by {misfit:.3g}",
+        span,
+        note=f"`{body}` is the first body that does not move in the directions of its joints alone"
+        if body
+        else "the joints agree with each other; the mounts at the ends of the chain do not fit",
+        help="correct the mount or the axis there, or write it in seven digits or more",
+    )
+
+
 def singular_start(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG527: a start at a singular position
 

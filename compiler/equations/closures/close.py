@@ -19,6 +19,7 @@ from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.equations.closures.contradiction import body_aside, is_within_reach
 from bgc.equations.closures.dense import independent_in, least_change
 from bgc.equations.closures.given import GivenFlow, require_given
 from bgc.equations.closures.manifold import (
@@ -31,6 +32,7 @@ from bgc.equations.closures.manifold import (
     closed_start,
     condition_ranks,
     gap_of,
+    nearest_to_closed,
     start_of,
 )
 from bgc.equations.closures.multipliers import (
@@ -50,6 +52,7 @@ _DEPENDENT = 1e-11  # pivot of S over its diagonal: squares of sines
 _NOISE = 1e-18  # of the largest diagonal of S: squares of coefficients that rounded data leave over
 _NOISE_IN_A_CHAIN = 1e-12  # the same of the largest in one chain, whose flows are of similar size
 _ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the chain is closed
+_SMALL = 0.1  # m or rad: larger gaps are not those of mounts
 _KEPT = 1e-5  # rate of a condition, relative to its terms
 
 
@@ -63,7 +66,7 @@ def close_chains(
     BgError
         BG526: the start does not close. BG527: it is at a singular position. BG528: a projected
         signal is not kept by the bonds. BG502: the rows that close a chain change their rank.
-        BG546: the closed chain moves a `given` flow.
+        BG546: the closed chain moves a `given` flow. BG550: mounts contradict each other.
     """
     if not (rows.flows or rows.conditions):
         return program
@@ -169,6 +172,8 @@ class _Closing:
             moves = [abs(near[s] - declared[s]) for s in symbols]
             if gap_of(moves) <= _ROUNDED:
                 return near, values
+        if near is None:
+            self._require_no_contradiction(declared)
         worst = max(range(len(residuals)), key=lambda k: abs(residuals[k]))
         condition = self._graph.conditions[worst]
         states = self._program.states
@@ -176,6 +181,18 @@ class _Closing:
         raise BgError(
             [catalogue.open_start(condition.span, condition.name, residuals[worst], ways)]
         )
+
+    def _require_no_contradiction(self, declared: Point) -> None:
+        """Refuse mounts that leave a small gap in every position of the joints."""
+        near, residuals = nearest_to_closed(self._dag, self._conditions, declared)
+        worst = max(range(len(residuals)), key=lambda k: abs(residuals[k]))
+        condition, misfit = self._graph.conditions[worst], residuals[worst]
+        body = body_aside(self._graph)
+        is_small = abs(misfit) < _SMALL and is_within_reach(self._dag, self._conditions, near)
+        if body or is_small:
+            raise BgError(
+                [catalogue.contradicting_mounts(condition.span, condition.name, misfit, body)]
+            )
 
     def _with_start(
         self, program: Program, declared: dict[Symbol, float], found: dict[Symbol, float]

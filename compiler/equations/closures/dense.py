@@ -35,11 +35,11 @@ def independent_rows(
             break
         found.append(best)
         for other in left.values():
-            _orthogonalise(other, row, length)
+            orthogonalise(other, row, length)
     return found
 
 
-def _orthogonalise(row: list[float], other: Sequence[float], length: float) -> None:
+def orthogonalise(row: list[float], other: Sequence[float], length: float) -> None:
     """Remove from a row its part along another one, twice, since the first time leaves rounding."""
     for _ in range(2):
         share = sum(a * b for a, b in zip(row, other, strict=True)) / length**2
@@ -54,7 +54,7 @@ def least_change(matrix: Rows, right: Sequence[float], tolerance: float) -> list
     for k in independent_rows(matrix, tolerance):
         row = list(matrix[k])
         for other, square in basis:
-            _orthogonalise(row, other, math.sqrt(square))
+            orthogonalise(row, other, math.sqrt(square))
         square = sum(a * a for a in row)
         missing = right[k] - sum(a * b for a, b in zip(matrix[k], change, strict=True))
         change = [x + missing / square * a for x, a in zip(change, row, strict=True)]

@@ -11,6 +11,7 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
@@ -24,14 +25,18 @@ RANK = 3e-6  # rows closer than this to a combination of others depend on them
 _ITERATIONS = 100
 _DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
 _LEAST_DAMPING = 1e-4  # after a step that did not help
+_SLOW = 0.99  # of the residuals that a step leaves; `_FEW` such steps lead nowhere
+_FEW = 4
 _AT_REST = 1e-12  # m or rad: steps of this length change nothing
 _PROJECTIONS = 20  # of momenta, at most
 _PROJECTED = 1e-9  # relative change of a momentum after which none follows
 _POINTS = 6
 _TRIES = 8  # starts from which the free states are moved until a chain is closed
+_NEAR = 3  # starts of a search for the least residuals
 _SPREAD = 1.5  # of the random configurations around the start
 
 Point = dict[Symbol, float]
+_Equations: TypeAlias = Callable[[Sequence[float]], tuple[list[float], list[list[float]]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,39 +72,68 @@ def closed(dag: Dag, conditions: Conditions, point: Point) -> Point | None:
     """A point near a given one that satisfies the conditions; None where none is found."""
     symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
 
-    def at(x: Sequence[float]) -> tuple[list[float], list[list[float]]]:
-        return conditions.at(dag, point | dict(zip(symbols, x, strict=True)))
-
+    at = _with_states(dag, conditions, point)
     found = solve_damped(at, [point[symbol] for symbol in symbols])
     return None if found is None else point | dict(zip(symbols, found, strict=True))
 
 
-def solve_damped(
-    at: Callable[[Sequence[float]], tuple[list[float], list[list[float]]]], x: list[float]
-) -> list[float] | None:
+def _with_states(dag: Dag, conditions: Conditions, point: Point) -> _Equations:
+    """The conditions and their derivatives by the moved states, as a function of these."""
+    symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
+    return lambda x: conditions.at(dag, point | dict(zip(symbols, x, strict=True)))
+
+
+def nearest_to_closed(
+    dag: Dag, conditions: Conditions, point: Point
+) -> tuple[Point, Sequence[float]]:
+    """The point with the least residuals that a search from a given one and from others finds."""
+    rng = random.Random("nearest")
+    symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
+    found: list[tuple[float, Point, Sequence[float]]] = []
+    for k in range(_NEAR):
+        first = [point[symbol] + k * 0.3 * rng.uniform(-1, 1) for symbol in symbols]
+        x, residuals = _approach(_with_states(dag, conditions, point), first)
+        near = point | dict(zip(symbols, x, strict=True))
+        found.append((gap_of(residuals), near, residuals))
+    _, near, residuals = min(found, key=lambda one: one[0])
+    return near, residuals
+
+
+def solve_damped(at: _Equations, x: list[float]) -> list[float] | None:
     """Solve equations by damped steps of least length; `at` gives residuals and derivatives."""
+    found, residuals = _approach(at, x)
+    return found if gap_of(residuals) <= ROUNDED else None
+
+
+def _approach(at: _Equations, x: list[float]) -> tuple[list[float], list[float]]:
+    """Values with residuals as small as damped steps make them, and these."""
     residuals, slopes = at(x)
     damping = _DAMPING
+    slow = 0
     for _ in range(_ITERATIONS):
         size = math.hypot(*residuals)
         if not math.isfinite(size):
-            return None
+            return x, [math.inf] * len(residuals)
         if gap_of(residuals) <= 0.1 * CLOSED:
-            return x
+            break
         scale = sum(a * a for row in slopes for a in row) / max(len(slopes), 1)
         change = damped_change(slopes, [-a for a in residuals], damping * scale)
         trial = [a + b for a, b in zip(x, change, strict=True)]
         found, table = at(trial)
         if math.hypot(*change) <= _AT_REST:
             break
-        if math.hypot(*found) < size:
+        left = math.hypot(*found)
+        slow = slow + 1 if _SLOW * size < left < size else 0
+        if left < size:
             x, residuals, slopes = trial, found, table
             damping *= 0.1
+            if slow == _FEW:
+                break
         else:
             damping = max(4 * damping, _LEAST_DAMPING)
             if damping > 1e6:
                 break
-    return x if gap_of(residuals) <= ROUNDED else None
+    return x, residuals
 
 
 @dataclass(frozen=True, slots=True)
