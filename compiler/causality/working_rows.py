@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.certificates import Certifier
+from bgc.causality.certificates import Certifier, Size
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
 from bgc.causality.sizes import typical_sizes
@@ -111,33 +111,36 @@ class WorkingRows:
 
     def close(self, rows: Sequence[Row], following: Collection[int]) -> None:
         """Add rows that close chains, and solve them for the classes in `following` if possible."""
-        first = len(self._rows)
-        for row in rows:
-            terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
-            form = self._combined(terms)
+        added = range(len(self._rows), len(self._rows) + len(rows))
+        for number, row in zip(added, rows, strict=True):
+            form = self._combined((self._unit_form(end.bond), end.coefficient) for end in row.ends)
             for step in self._steps:
                 if step.dependent in form.entries:
-                    solved = self._forms[step.row]
-                    self._subtract(
-                        form, step.dependent, step.row, solved, solved.entries[step.dependent]
-                    )
+                    source = self._forms[step.row]
+                    pivot = source.entries[step.dependent]
+                    self._subtract(form, step.dependent, step.row, source, pivot)
             self._rows.append(row)
             self._forms.append(_Form({}, {}))
-            self._set_form(len(self._rows) - 1, form)
-        while True:
-            pivots = [
-                (size, -abs(self._certifier.default(entries[number])), row, number)
-                for row in range(first, len(self._rows))
-                if row in self.open
-                for entries in [self.entries(row)]
-                for number in entries.keys() & following
-                if self._dag.level[entries[number]] <= Level.PARAM
-                and (size := self._certifier.size_in(entries[number], entries.values())) is not None
-            ]
-            if not pivots:
-                return
-            *_, row, number = min(pivots)
-            self.solve(number, row)
+            self._set_form(number, form)
+        while pivots := [
+            pivot
+            for number in added
+            if number in self.open
+            for pivot in self._constant_pivots(number, following)
+        ]:
+            *_, solved, number = min(pivots)
+            self.solve(solved, number)
+
+    def _constant_pivots(
+        self, row: int, classes: Collection[int]
+    ) -> Iterator[tuple[Size, float, int, int]]:
+        """The pivots of a row at some classes that do not vary, the best one least."""
+        entries = self.entries(row)
+        for number in sorted(entries.keys() & classes):
+            if self._dag.level[entries[number]] <= Level.PARAM:
+                size = self._certifier.size_in(entries[number], entries.values())
+                if size is not None:
+                    yield size, -abs(self._certifier.default(entries[number])), number, row
 
     def result(self) -> Elimination:
         """The steps so far, and the rows that are left."""

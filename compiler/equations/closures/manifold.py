@@ -95,8 +95,7 @@ def nearest_to_closed(
         x, residuals = _approach(_with_states(dag, conditions, point), first)
         near = point | dict(zip(symbols, x, strict=True))
         found.append((gap_of(residuals), near, residuals))
-    _, near, residuals = min(found, key=lambda one: one[0])
-    return near, residuals
+    return min(found, key=lambda one: one[0])[1:]
 
 
 def solve_damped(at: _Equations, x: list[float]) -> list[float] | None:
