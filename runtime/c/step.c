@@ -12,6 +12,7 @@
 
 enum { REJECTIONS_AT_ROOT = 5 }; /* in a row, before a step by Euler's method is tried */
 static const double short_of_pole = 1e-3; /* relative: time before a divisor vanishes */
+static const double still_part = 0.1; /* of the expected change of a state */
 
 /* Whether the step under way may meet an edge of a switch. */
 static inline int may_meet_event(const bgc_model *m, const bgc_core *core) {
@@ -324,13 +325,31 @@ static bgc_status advance_or_leave(const bgc_model *m, bgc_data *d, const bgc_me
     return d->core.left ? BGC_OK : advance_held(m, d, method, h);
 }
 
+/* Whether a state stood still in the last step, although f at the present says that it moves. */
+static int stands_still(const bgc_model *m, const bgc_data *d) {
+    const bgc_core *core = &d->core;
+
+    for (int i = 0; i < m->n_state; i++) {
+        const double change = fabs(d->x[i] - d->y0[i]);
+        const double expected = core->counts.last_step * fabs(d->f[i] * d->inverse_mass[i]);
+        const double tolerance = bgc_step_tolerance(fabs(d->x[i]), d->scale[i], core->counts.scale_reached,
+                                                    core->rtol, core->atol);
+        if (expected > tolerance && change < still_part * expected) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* Whether the present may be a point at which J is infinite: the start, an event there, or one of events that
- * follow each other step by step, as beside the root of a law whose piece ends there. */
-static int may_be_singular(const bgc_core *core) {
+ * follow each other step by step while a state stands still, as beside the root of a law whose piece ends
+ * there. */
+static int may_be_singular(const bgc_model *m, const bgc_data *d) {
+    const bgc_core *core = &d->core;
     const bgc_counts *counts = &core->counts;
 
     return (counts->steps == counts->events && counts->events < 2) ||
-           (core->after_event && core->event_at == core->t);
+           (core->after_event && core->event_at == core->t && stands_still(m, d));
 }
 
 /* From the present to the end of a step of the length that step control chooses, or a rejection. */
@@ -360,7 +379,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next =
             core->step > 0.0 ? core->step : bgc_first_step(m, d, method->error_order);
     }
-    if (method->family->jacobian && !core->rejected && may_be_singular(core)) {
+    if (method->family->jacobian && !core->rejected && may_be_singular(m, d)) {
         core->h_next = bgc_limit_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
