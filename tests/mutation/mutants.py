@@ -6,7 +6,7 @@ One deliberate break at a time (`breaks.py`) is run against the tests that execu
 one fails. Each file has `--per-file` breaks, drawn by the seed and tried in turn with those of
 the other files. WORDs choose files by parts of their paths. DIR/log.jsonl, which begins as a copy
 of the one beside this file, keeps the outcomes: the same command goes on where it ended. `--again`
-tries survivors once more, `--survivors` prints those that `equivalent.txt` does not explain,
+tries survivors that `equivalent.txt` does not explain, and nothing else, `--survivors` prints them,
 `--table` the counts by file.
 """
 
@@ -107,7 +107,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--per-file", type=int, default=10)
     parser.add_argument("--cost", type=float, default=30.0, help="s of tests against a break")
-    parser.add_argument("--again", action="store_true", help="try survivors again")
+    parser.add_argument("--again", action="store_true", help="try survivors, and nothing else")
     parser.add_argument("--tests", nargs="*", default=TESTS, help="names as in targets.py")
     parser.add_argument("--survivors", action="store_true")
     parser.add_argument("--table", action="store_true")
@@ -124,7 +124,8 @@ def main() -> None:
                             capture_output=True, check=False).stdout.strip()  # fmt: skip
     passed = {key: getattr(given, key) for key in ("words", "seed", "minutes", "per_file", "cost",
                                                    "again")}  # fmt: skip
-    (work / "given.json").write_text(json.dumps({**passed, "commit": commit}))
+    passed |= {"commit": commit, "explained": sorted(explained())}
+    (work / "given.json").write_text(json.dumps(passed))
     files = [test_file(name) for name in given.tests]
     command = [sys.executable, "-m", "pytest", "-q", "-s", "-p", "trials", "-p",
                "no:cacheprovider", f"--basetemp={work / 'tmp'}", *files]  # fmt: skip

@@ -9,6 +9,16 @@ from __future__ import annotations
 C_FOLDERS = ("runtime/c", "runtime/c/lanes")
 PYTHON_FOLDER = "compiler/equations"
 
+WHOLE = {
+    "runtime/c/fmi": ["tests/unit/test_fmi.py"],
+    "runtime/c/servo": [
+        "tests/unit/test_realtime.py",
+        "-k=replays or fault_ends or patient or first_sample or absent or limits_of or dead_mans"
+        " or normal_stop or takes_the_place or refused or disk or may_not_grow or refuses or news",
+    ],
+}
+"""Folders whose breaks `whole.py` tries, and arguments of pytest: without the tests of lateness."""
+
 TESTS = """
 asserts attacks audit blocks block_models control definite determined divisors energy_accounts
 ensemble ensemble_events equations failures fast_modes free_motions impulses initial_defaults

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,13 +25,17 @@ _FIRST = 4  # tests with the most kills, which are run first
 _LONGEST = 2.5  # s; tests that take longer are not run
 
 
-def candidates(root: Path, words: list[str], seed: int) -> dict[str, list[tuple[int, Break]]]:
+def candidates(
+    root: Path, words: list[str], seed: int, folders: Sequence[str]
+) -> dict[str, list[tuple[int, Break]]]:
     """The breaks of each source in an order that edits elsewhere do not change.
 
-    A break is numbered among those of its file that have the same name.
+    A break is numbered among those of its file that have the same name. Of `folders`, the C files
+    are taken, and of PYTHON_FOLDER all modules.
     """
-    sources = [path for folder in C_FOLDERS for path in sorted((root / folder).glob("*.c"))]
-    sources += sorted((root / PYTHON_FOLDER).rglob("*.py"))
+    sources = [path for folder in folders for path in sorted((root / folder).glob("*.c"))]
+    if PYTHON_FOLDER in folders:
+        sources += sorted((root / PYTHON_FOLDER).rglob("*.py"))
     found: dict[str, list[tuple[int, Break]]] = {}
     for source in sources:
         path = source.relative_to(root).as_posix()
@@ -149,11 +153,13 @@ class Campaign:
                 known[path].update(lines)
         last = {key_of(row): row for row in self.rows}
         end = time.monotonic() + 60.0 * given["minutes"]
-        breaks = candidates(self.root, given["words"], given["seed"])
-        for path, nth, each in in_rounds(breaks, given["per_file"]):
+        breaks = candidates(self.root, given["words"], given["seed"], (*C_FOLDERS, PYTHON_FOLDER))
+        per_file = max(map(len, breaks.values())) if given["again"] else given["per_file"]
+        for path, nth, each in in_rounds(breaks, per_file):
             done = last.get((path, each.name, nth))
-            again = given["again"] and done is not None and done["outcome"] == "survived"
-            if done is not None and not again:
+            survived = done is not None and done["outcome"] == "survived"
+            survived = survived and f"{path}: {each.name}" not in given["explained"]
+            if not (survived if given["again"] else done is None):
                 continue
             if time.monotonic() > end:
                 return
