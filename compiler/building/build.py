@@ -66,7 +66,7 @@ _OPTIONAL = {
     "closures": ("closures", "closed_start", "singular_chains"),
     "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),
-    "events": ("ahead", "approach", "at_events", "clear", "events", "modes"),
+    "events": ("ahead", "approach", "at_events", "clear", "events", "location", "modes"),
     "jumps": ("jumps",),
     "sampled": ("sampled",),
     "start": ("start",),

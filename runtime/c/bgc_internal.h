@@ -22,7 +22,7 @@
  *         bgc_keep_consistent            algebraic equations at the end (consistent_steps.c)
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
  *         bgc_find_event                 the first change of a mode within the step (events.c,
- *                                        clear.c)
+ *                                        location.c, clear.c)
  *         bgc_check_asserts              (evaluate.c)
  *         bgc_check_divisors             (divisors.c)
  *         bgc_follow_faint               states below their tolerance (faint.c)
@@ -268,10 +268,20 @@ void bgc_judge_turned(const bgc_model *m, bgc_data *d, const double *const *z);
 bgc_status bgc_jump(const bgc_model *m, bgc_data *d, const double *before, double whole);
 
 /* --- events.c */
-void bgc_evaluate_timed(const bgc_model *m, bgc_data *d, double t, double *z);
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
+
+/* --- location.c */
+
+/* Arguments are evaluated along the dense output of the step to d->next, or, those that depend on time
+ * alone, with the present state. */
+typedef enum { BGC_ALONG_STEP, BGC_TIME_ALONE } bgc_route;
+
+void bgc_evaluate_timed(const bgc_model *m, bgc_data *d, double t, double *z);
+void bgc_evaluate_arguments(const bgc_model *m, bgc_data *d, bgc_route way, double t, double *z);
+double bgc_locate_first(const bgc_model *m, bgc_data *d, bgc_route way, double low, double high,
+                        const double *z_low, double *z_high);
 
 /* --- ahead.c */
 

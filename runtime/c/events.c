@@ -1,14 +1,13 @@
-/* events.c: events of piecewise laws: detection and location.
+/* events.c: events of piecewise laws.
  *
  * Within a step every comparison, sign, rounding and kink of the model is held at its mode, so that f
  * is smooth and the method keeps its order. The dense output of the step shows whether an argument has
- * left the range of its mode, at the end or within. The first time at which one has is located by
- * bracketing, the step is cut there, and the next step starts in the new modes (modes.c).
+ * left the range of its mode, at the end or within. The first time at which one has is located
+ * (location.c), the step is cut there, and the next step starts in the new modes (modes.c).
  */
 #include "control.h"
 #include "switches.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -17,135 +16,6 @@ static const double near_part = 0.1;     /* depth of a minimum over those around
 static const double lower_part = 0.5;    /* depth of a minimum over that of a point: it is elsewhere */
 static const double least_part = 0.01; /* of a step, that has to be more than the rounding of times */
 enum { MOST_UNRESOLVED = 8, MOST_PROBES = 4 };
-
-/* --- location of the first event of a step --------------------------------------------------- */
-
-/* Arguments are evaluated along the dense output of the step to d->next, or, those that depend on time
- * alone, with the present state. Only the states that they read are interpolated. */
-typedef enum { ALONG_STEP, TIME_ALONE } route;
-
-/* The arguments of the switches of time alone. */
-void bgc_evaluate_timed(const bgc_model *m, bgc_data *d, double t, double *z) {
-    (m->timed_switches != NULL ? m->timed_switches : m->switches)(d->h, t, d->x, d->u, z, d->work);
-}
-
-static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
-    const double *x = d->x;
-
-    if (way == TIME_ALONE) {
-        bgc_evaluate_timed(m, d, t, z);
-        return;
-    }
-    if (m->n_timed < m->n_switch) {
-        if (m->n_switch_state > 0) {
-            bgc_interpolate_some(m, d, t, m->n_switch_state, m->switch_state, d->point);
-        } else {
-            bgc_interpolate(m, d, t, d->point);
-        }
-        x = d->point;
-    }
-    m->switches(d->h, t, x, d->u, z, d->work);
-}
-
-/* The argument of switch k, which a jump has turned back, is beyond its edge at `low` by rounding: halves
- * the bracket until its start is within the mode, if it is anywhere. */
-static void find_inside(const bgc_model *m, bgc_data *d, route way, int k, double resolution,
-                        double *low, double *high, double *z_low, double *z_high) {
-    while (*high - *low > 2.0 * resolution) {
-        const double half = 0.5 * (*low + *high);
-        evaluate(m, d, way, half, d->probe);
-        if (!bgc_has_left(m, d, k, d->probe[k])) {
-            *low = half;
-            *z_low = d->probe[k];
-            return;
-        }
-        *high = half;
-        *z_high = d->probe[k];
-    }
-    d->core.unreturned = 1;
-}
-
-/* Locates a time in (low, high] at which switch k leaves its mode, by the ITP method, whose worst case
- * is that of bisection and whose order is that of the secant method: I. F. D. Oliveira, R. H. C.
- * Takahashi, ACM Transactions on Mathematical Software 47 (2020) 5. The switch has left its mode at
- * `high`. Returns the end of a bracket of the width of the rounding of times, or of one bit where
- * only time matters. */
-static double locate(const bgc_model *m, bgc_data *d, route way, int k, double low, double high,
-                     double z_low, double z_high) {
-    const double resolution =
-        (way == TIME_ALONE ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
-    double width, bend, at_low, at_high, most;
-
-    if (m->n_jump > 0 && d->turned[k] != 0.0 && bgc_depth_of(m, d, k, z_low) <= 0.0) {
-        find_inside(m, d, way, k, resolution, &low, &high, &z_low, &z_high);
-    }
-    width = high - low;
-    bend = 0.2 / width;
-    at_low = bgc_depth_of(m, d, k, z_low);
-    at_high = bgc_depth_of(m, d, k, z_high);
-    most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
-
-    for (double j = 0.0; high - low > 2.0 * resolution; j += 1.0) {
-        /* Interpolate by regula falsi, truncate towards the middle, project on its neighbourhood. */
-        const double half = 0.5 * (low + high), length = high - low;
-        const double reach = resolution * exp2(most - j) - 0.5 * length;
-        const double falsi = at_low > at_high ? (at_low * high - at_high * low) / (at_low - at_high)
-                                              : half;
-        const double side = half >= falsi ? 1.0 : -1.0;
-        const double shift = fmin(bend * length * length, fabs(half - falsi));
-        const double moved = falsi + side * shift;
-        double t = fabs(moved - half) <= reach ? moved : half - side * fmax(reach, 0.0);
-        if (!(t > low && t < high)) {
-            t = half;
-            if (!(t > low && t < high)) {
-                break;
-            }
-        }
-
-        /* Keep the half with the change of mode. */
-        evaluate(m, d, way, t, d->probe);
-        if (bgc_has_left(m, d, k, d->probe[k])) {
-            high = t;
-            at_high = bgc_depth_of(m, d, k, d->probe[k]);
-        } else {
-            low = t;
-            at_low = bgc_depth_of(m, d, k, d->probe[k]);
-        }
-    }
-
-    /* The width so far is a bit of the end of the step; earlier times have more bits. A step that begins at
-     * the edge keeps that width as its length. */
-    while (way == TIME_ALONE && low > d->core.t) {
-        const double half = 0.5 * (low + high);
-        if (!(half > low && half < high)) {
-            break;
-        }
-        evaluate(m, d, way, half, d->probe);
-        if (bgc_has_left(m, d, k, d->probe[k])) {
-            high = half;
-        } else {
-            low = half;
-        }
-    }
-    return high;
-}
-
-/* The first time in (low, high] at which any switch leaves its mode; some have left it at `high`.
- * z_low and z_high are the arguments at both ends; on return z_high are those at the time returned.
- * Switches of time alone are not located along a step, which ends at their event already. */
-static double locate_first(const bgc_model *m, bgc_data *d, route way, double low, double high,
-                           const double *z_low, double *z_high) {
-    for (int k = 0; k < m->n_switch; k++) {
-        const int timed = m->switch_info[k].timed;
-        if ((way == TIME_ALONE && !timed) || (way == ALONG_STEP && timed && high == d->core.t_end) ||
-            !bgc_has_left(m, d, k, z_high[k])) {
-            continue;
-        }
-        high = locate(m, d, way, k, low, high, z_low[k], z_high[k]);
-        evaluate(m, d, way, high, z_high);
-    }
-    return high;
-}
 
 /* Whether any switch has left its mode. */
 static int any_left(const bgc_model *m, const bgc_data *d, const double *z) {
@@ -167,7 +37,7 @@ static void catch_up(const bgc_model *m, bgc_data *d) {
     d->core.skipped = 0;
     bgc_check_within(d);
     if (m->n_timed == m->n_switch) {
-        evaluate(m, d, TIME_ALONE, d->core.t, d->argument);
+        bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, d->core.t, d->argument);
     }
 }
 
@@ -176,7 +46,7 @@ static void catch_up(const bgc_model *m, bgc_data *d) {
 static int leaves_by_end(const bgc_model *m, bgc_data *d, double end, double *inside, double *outside) {
     double *z = sample_place(m, d, BGC_SAMPLES);
 
-    evaluate(m, d, TIME_ALONE, end, z);
+    bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, end, z);
     *inside = d->core.t;
     *outside = end;
     for (int k = 0; k < m->n_timed; k++) {
@@ -208,9 +78,9 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
         return end;
     }
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
-    evaluate(m, d, TIME_ALONE, inside, d->after);
-    evaluate(m, d, TIME_ALONE, outside, z);
-    return locate_first(m, d, TIME_ALONE, inside, outside, d->after, z);
+    bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, inside, d->after);
+    bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, outside, z);
+    return bgc_locate_first(m, d, BGC_TIME_ALONE, inside, outside, d->after, z);
 }
 
 /* Whether f at the end of the step under way, at time t, is that of the next step as far as is known, and has
@@ -246,7 +116,7 @@ static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, dou
     if (i == BGC_SAMPLES && d->core.algebraic == 0) {
         evaluate_end(m, d, t, here);
     } else {
-        evaluate(m, d, ALONG_STEP, t, here);
+        bgc_evaluate_arguments(m, d, BGC_ALONG_STEP, t, here);
     }
     return here;
 }
@@ -382,7 +252,7 @@ static int finds_return(const bgc_model *m, bgc_data *d, int k, const double fro
     }
     at = bgc_point_within(times, at, t);
     for (int probes = 0; at < *found && probes < MOST_PROBES; probes++) {
-        evaluate(m, d, ALONG_STEP, at, d->probe);
+        bgc_evaluate_arguments(m, d, BGC_ALONG_STEP, at, d->probe);
         depth = bgc_depth_of(m, d, k, d->probe[k]);
         if (bgc_has_left(m, d, k, d->probe[k])) {
             ignore_negligible(m, d, d->probe, at, i, t, z);
@@ -390,7 +260,7 @@ static int finds_return(const bgc_model *m, bgc_data *d, int k, const double fro
         if (bgc_has_left(m, d, k, d->probe[k])) {
             low = at < from[1] ? 0 : 1;
             memcpy(d->after, d->probe, (size_t)m->n_switch * sizeof *d->after);
-            *found = locate_first(m, d, ALONG_STEP, from[low], at, arguments[low], d->after);
+            *found = bgc_locate_first(m, d, BGC_ALONG_STEP, from[low], at, arguments[low], d->after);
             return 1;
         }
 
@@ -517,7 +387,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         }
         if (!d->core.event && any_left(m, d, z[i])) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
-            *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
+            *found = bgc_locate_first(m, d, BGC_ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
             d->core.event = 1;
         }
         if (d->core.event) {
