@@ -90,9 +90,11 @@ class SceneFacts:
     def needed_accounts(self, jumps: bool) -> frozenset[str]:
         """The accounts among stored, supplied, dissipated in use; the residual needs all.
 
-        What jumps take or add is the change of the stored energy.
+        What jumps take or add is the change of the stored energy; so is what is supplied by setting
+        a parameter of an FMU during a run.
         """
         basic = {"stored", "supplied", "dissipated"}
         observed = {found.account for found in self.accounts}
         needed = basic if "residual" in observed else basic & observed
-        return frozenset(needed | {"stored"} if jumps and needed else needed)
+        reads_stored = (jumps and needed) or "supplied" in needed
+        return frozenset(needed | {"stored"} if reads_stored else needed)

@@ -92,7 +92,7 @@ model Decay {
   push : Se(pull + late);
   push -> motion -> mass, spring, drag;
 }
-scene plain of Decay { observe mass.f as v, spring.q as q, energy.supplied as work, energy.stored;
+scene plain of Decay { observe mass.f as v, spring.q as q, energy.supplied as work;
   solver rodas5p(rtol = 1e-9); run 4 s every 1/32 s; }
 scene pulled of Decay { drive late = if time < 1.5 s then 0 N else 3 N;
   observe mass.f as v, spring.q as q;
