@@ -79,6 +79,8 @@ def test_what_rounding_leaves_of_a_coefficient_is_no_divisor(tmp_path):
         mounted_linkage(100, "triangle", "rational", "driven", 1).source, tmp_path
     )
     assert len(program.closures.impulses) == program.closures.kept, "the crank moves all"
+    (chain,) = program.closures.chains
+    assert chain.names == ("weld", "pin1", "pin2"), "the parts that close it and that it moves"
 
 
 @pytest.mark.parametrize(

@@ -333,14 +333,26 @@ class _Closing:
         )
 
     def _chain(self, rows: Sequence[int]) -> ClosedChain:
-        """The parts along the chain of some rows; without rows, the projected signals."""
+        """The parts along the chain of some rows; without rows, the projected signals.
+
+        In a chain that was opened these are the part that closes it and the joints before it.
+        """
         if not rows:
             conditions = self._graph.conditions
             return ClosedChain(tuple(c.name for c in conditions), conditions[0].span)
         closures = self._variables.causal.closures
         elements = [self._graph.elements[k] for row in rows for k in closures[row].elements]
-        names = _parts([element.name for element in elements])
-        return ClosedChain(names, elements[0].span)
+        names = [element.name for element in elements]
+        if self._variables.causal.opened:
+            responses, zero = self._responses, self._dag.zero
+            held = {
+                k
+                for row in rows
+                for k, slope in zip(responses.impulses, responses.by_impulse[row], strict=True)
+                if slope != zero
+            }
+            names += [self._program.states[k].name for k in sorted(held)]
+        return ClosedChain(_parts(names), elements[0].span)
 
     def _refused(self, rows: Sequence[int]) -> BgError:
         """The refusal of a chain whose rank cannot be relied on."""
