@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
+from typing import Final
 
 from bgc.building.cache import open_cache
+from bgc.diagnostics.catalogue.live_pages import page_without_graph
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.driver import Stages, compile_scene
 from bgc.options import Options
@@ -19,6 +21,8 @@ from bgc.runtime.view.page import bundle, page
 from bgc.runtime.web.content import page_content, run_settings
 from bgc.runtime.web.graph import graph_content
 from bgc.runtime.web.module import emitted_module, require_zig
+
+MOST_BONDS: Final = 5_000  # the layout of 6,000 takes 10 s, that of 18,000 more than eight minutes
 
 # The page itself refuses requests. Its model runs in a worker that it makes of its own text.
 _POLICY = (
@@ -76,7 +80,7 @@ def live_page(file: Path, options: Options) -> LivePage:
 def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     """Make the page of a model that was compiled with shapes, with its present parameters.
 
-    It has the bond graph of a model with bonds.
+    It has the bond graph of a model with bonds, unless these are more than `MOST_BONDS` (BG544).
     """
     require_zig()
     script = bundle()
@@ -90,7 +94,10 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     seconds["WebAssembly"] = perf_counter() - begin
     name = model.origin[0].name
     content = page_content(model, stages.built.places, name, settings, module)
-    if stages.graph.bonds:
+    bonds = len(stages.graph.bonds)
+    if bonds > MOST_BONDS:
+        notices = (*notices, page_without_graph(bonds, MOST_BONDS))
+    elif bonds:
         begin = perf_counter()
         content["graph"] = graph_content(model)
         seconds["graph"] = perf_counter() - begin

@@ -20,7 +20,7 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.running.failures import explain
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.running.structures import Status
-from bgc.runtime.web import gallery
+from bgc.runtime.web import export, gallery
 from bgc.runtime.web import module as modules
 from bgc.runtime.web.content import run_settings
 from bgc.runtime.web.export import LivePage, live_page
@@ -303,6 +303,14 @@ def code_of(work):
         work()
     (found,) = raised.value.diagnostics
     return found
+
+
+def test_a_page_of_a_large_graph_has_none_and_says_so(model, monkeypatch):
+    """With 3,000 masses the layout of 18,000 bonds had taken more than eight minutes."""
+    monkeypatch.setattr(export, "MOST_BONDS", 2)
+    monkeypatch.setattr(export, "graph_content", None)  # is not called
+    (told,) = model.live().notices
+    assert told.code == "BG544" and "has 3 bonds" in told.message
 
 
 def test_what_cannot_be_a_page_is_refused(file, model, monkeypatch, tmp_path):

@@ -1,11 +1,32 @@
-"""BG545, BG547, BG548: pages that run their model themselves."""
+"""BG544, BG545, BG547, BG548: pages that run their model themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import error
+from bgc.diagnostics.catalogue import error, info
 from bgc.diagnostics.diagnostic import Diagnostic
+
+
+def page_without_graph(bonds: int, most: int) -> Diagnostic:
+    """BG544: a page has no bond graph, since it is too large
+
+    What: the model has more bonds than a page draws. The page runs the model, but `G` shows no bond
+    graph.
+
+    Why: a drawing of thousands of bonds takes minutes to lay out, and cannot be read.
+
+    Example: `bgc build chain.bg --target html` of a chain of 1,000 masses, with 6,000 bonds.
+
+    Way out: none is needed for the run. For its graph, build a page of a part of the model, or of
+    the same model with fewer parts.
+    """
+    return info(
+        "BG544",
+        f"the page has no bond graph: the model has {bonds:,} bonds, and a page draws at most "
+        f"{most:,}",
+        help="the page runs the model all the same; for its graph, build a page of a smaller model",
+    )
 
 
 def page_needs_zig() -> Diagnostic:
