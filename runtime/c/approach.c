@@ -3,14 +3,7 @@
 
 #include <math.h>
 
-/* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
- * them. */
-static const double cubic_weight[2][4] = {
-    {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
-    {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
-};
 static const double outside_part = 0.25, inside_part = 0.1; /* of an interval between samples */
-static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
 
 /* The time of the minimum of the parabola through three depths, and its depth; a NaN and INFINITY where it
  * has none. */
@@ -56,24 +49,17 @@ void bgc_narrow(double times[3], double inside[3], double at, double depth) {
 }
 
 /* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at
- * its start and z[1 + i] at the points: a smooth one is close to a cubic. */
+ * its start and z[1 + i] at the points. */
 int bgc_is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
-    double low = z[0][k], high = low, nearest = bgc_depth_of(m, d, k, low), off = 0.0;
+    double here[BGC_SAMPLES + 1], low = z[0][k], high = low, nearest = bgc_depth_of(m, d, k, low);
 
-    /* Range, and least distance from the edge. */
-    for (int i = 1; i <= BGC_SAMPLES; i++) {
-        low = fmin(low, z[i][k]);
-        high = fmax(high, z[i][k]);
-        nearest = fmin(nearest, bgc_depth_of(m, d, k, z[i][k]));
+    for (int i = 0; i <= BGC_SAMPLES; i++) {
+        here[i] = z[i][k];
+        low = fmin(low, here[i]);
+        high = fmax(high, here[i]);
+        nearest = fmin(nearest, bgc_depth_of(m, d, k, here[i]));
     }
-
-    /* Deviation from the cubic through four of the values. */
-    for (int i = 0; i < 2; i++) {
-        const double *w = cubic_weight[i];
-        const double cubic = w[0] * z[0][k] + w[1] * z[1][k] + w[2] * z[4][k] + w[3] * z[5][k];
-        off = fmax(off, fabs(cubic - z[2 + i][k]));
-    }
-    return off > cubic_tolerance * (high - low) && nearest < high - low &&
+    return bgc_excess_over_cubic(here) > 0.0 && nearest < high - low &&
            high - low > d->core.rtol * d->extent[k];
 }
 

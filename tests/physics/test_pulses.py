@@ -49,8 +49,9 @@ def test_peaks_count_wherever_they_lie_in_a_step(load, solver):
         assert found == pytest.approx(1000 * exact[k], rel=1e-6), one
 
 
-def test_peaks_count_in_steps_that_other_instances_choose(load):
+@pytest.mark.parametrize("scene", ["peaks", "clocked"])
+def test_peaks_count_in_steps_that_other_instances_choose(load, scene):
     values, exact = drawn(200)
-    many = load("pulses", "peaks").simulate_many(values, solver="rodas5p")
+    many = load("pulses", scene).simulate_many(values, solver="rodas5p")
     assert many.together == 200
     np.testing.assert_allclose(many["x"][:, -1], 1000 * exact, rtol=1e-6)

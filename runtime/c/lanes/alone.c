@@ -131,13 +131,41 @@ static unsigned find_near(const bgc_batch *b, unsigned timed, int all, double di
     return found;
 }
 
-/* Adds to `single` the lanes in which a law may switch in the last step. */
+/* Whether in some lane an argument near the edge of its mode varies too fast for the samples of the last step, as in
+ * bgc_is_unresolved. Switches of time alone are judged in the lanes `timed`. */
+static int is_any_unresolved(bgc_batch *b, unsigned timed) {
+    const bgc_model *m = b->m;
+    unsigned found = 0;
+
+    for (int k = timed != 0 ? 0 : m->n_timed; k < m->n_switch; k++) {
+        const int operation = m->switch_info[k].operation;
+        const lane mode = b->u[m->n_input + k];
+        lane z[BGC_SAMPLES + 1], low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
+        for (int i = 0; i <= BGC_SAMPLES; i++) {
+            z[i] = b->argument[i * m->n_switch + k];
+            low = lane_min(low, z[i]);
+            high = lane_max(high, z[i]);
+            nearest = lane_min(nearest, bgc_depth(operation, mode, z[i]));
+            b->extent[k] = lane_max(b->extent[k], lane_fabs(z[i]));
+        }
+        found |= bgc_lanes_where(b, (bgc_excess_over_cubic(z) > lane_of(0.0)) & (nearest < high - low) &
+                                        (high - low > lane_of(b->option->rtol) * b->extent[k])) &
+                 (k < m->n_timed ? timed : ~0u);
+    }
+    return found != 0;
+}
+
+/* Adds to `single` the lanes in which a law may switch in the last step, and notes whether an argument came near to its
+ * edge, and for how many steps in a row one has varied too fast. */
 void bgc_batch_watch_switches(bgc_batch *b) {
     const unsigned timed = look_at_timed(b);
+    int unresolved;
 
     if (timed == 0 && b->m->n_timed == b->m->n_switch) {
         return;
     }
+    unresolved = b->unresolved;
+    b->unresolved = b->near_edge = 0;
     for (int i = 0; i <= BGC_SAMPLES; i++) {
         if (is_first(i)) {
             evaluate_sample(b, i);
@@ -146,12 +174,14 @@ void bgc_batch_watch_switches(bgc_batch *b) {
     if (find_near(b, timed, 0, bgc_clear_of_edge) == 0) {
         return;
     }
+    b->near_edge = 1;
     for (int i = 1; i < BGC_SAMPLES; i++) {
         if (!is_first(i)) {
             evaluate_sample(b, i);
         }
     }
     b->single |= find_near(b, timed, 1, 1.0);
+    b->unresolved = is_any_unresolved(b, timed) ? unresolved + 1 : 0;
 }
 
 /* Adds to `single` the lanes in which a function of states may have a pulse that the last step hides. */

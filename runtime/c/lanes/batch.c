@@ -59,6 +59,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
+    b->extent = place(&at, m->n_switch);
     b->hiding = place(&at, (BGC_SAMPLES + 1) * m->n_watch);
 
     /* Warnings about accuracy: corrections, rounding, states below their tolerances. */

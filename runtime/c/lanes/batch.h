@@ -56,6 +56,8 @@ typedef struct {
     int rejected;            /* attempts in a row that were rejected, the last one */
     unsigned at_fault;       /* because of these lanes */
     int account_rejections;  /* consecutive */
+    int near_edge;           /* in the last step the argument of a switch came near to the edge of its mode */
+    int unresolved;          /* consecutive steps that were too long for such an argument */
     bgc_choice choice;       /* of the method, for all instances, */
     bgc_spectrum spectrum;   /* by their largest spectral radius */
     lane newest;             /* those of the estimate under way */
@@ -63,7 +65,7 @@ typedef struct {
     lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f, *f_last;
     lane *y0, *k, *stages;
     lane *direction, *image; /* as in bgc_data */
-    lane *next, *error, *point, *b, *wide, *residual, *reach, *magnitude, *output, *check, *argument, *hiding, *work;
+    lane *next, *error, *point, *b, *wide, *residual, *reach, *magnitude, *output, *check, *argument, *extent, *hiding, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
     lane imbalance;          /* residual of the accounts at t */
     lane largest_account, exchanged, energy_scale, scale_reached;

@@ -9,6 +9,10 @@
 
 #include <string.h>
 
+static const double near_factor = 2.0;       /* of a step with an argument near the edge of its mode, */
+static const double unresolved_factor = 0.4; /* and of one that was too long for it */
+enum { MOST_UNRESOLVED_STEPS = 8 };
+
 /* Makes b->next the present at t_new. The state before is kept in b->y0 for the dense output. */
 static void move(bgc_batch *b, double t_new) {
     lane *old = b->y0;
@@ -201,6 +205,16 @@ static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, d
     return fmin(bgc_batch_largest(b->active, drift), error * pow(2.0, q));
 }
 
+/* After a step of length h: the next one does not pass the edge of a mode unseen. Lanes in which an argument varies
+ * too fast for a step take it by themselves, but in a much longer one the argument could seem to stand still. */
+static void limit_by_switches(bgc_batch *b, double h) {
+    if (b->unresolved > 0 && b->unresolved < MOST_UNRESOLVED_STEPS) {
+        b->h_next = fmin(b->h_next, unresolved_factor * h);
+    } else if (b->near_edge) {
+        b->h_next = fmin(b->h_next, near_factor * h);
+    }
+}
+
 /* A step of the length that step control chooses, or a rejection. */
 static void attempt_adaptive(bgc_batch *b) {
     const double q = b->method->error_order + 1;
@@ -274,6 +288,7 @@ static void attempt_adaptive(bgc_batch *b) {
     b->error_old = bgc_remembered(error);
     b->rejected = 0;
     bgc_batch_watch_switches(b);
+    limit_by_switches(b, h);
     bgc_batch_watch_pulses(b);
     bgc_batch_choose_method(b, h);
     accept(b, &balance);
