@@ -31,7 +31,7 @@ static const double oscillating = 1.2; /* stable steps of the partner times the 
 static const double stable = 1.5;      /* the same times the radius, where samples limit steps */
 static const double lasting = 1.25;     /* longest steps of the partner over the longest first one */
 static const double growing = 1.1;     /* growth of implicit steps that are judged later */
-static const double likely = 0.8;      /* predicted cost of the partner over that of the implicit method */
+static const double likely = 0.82;     /* predicted cost of the partner over that of the implicit method */
 static const double cheaper = 0.9;     /* cost of a second over that before, above which a trial fails */
 static const double error_constant = 4e3, margin = 1.45; /* of longest_resolved */
 
