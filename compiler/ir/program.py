@@ -171,6 +171,7 @@ class Closures:
     chain_of: tuple[int, ...]  # kept row -> its chain
     flows: tuple[Node, ...]
     kept: int
+    lasting: bool
     conditions: tuple[Node, ...]
     names: tuple[str, ...]  # of the conditions
     held: int

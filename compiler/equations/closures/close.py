@@ -54,6 +54,7 @@ _NOISE_IN_A_CHAIN = 1e-12  # the same of the largest in one chain, whose flows a
 _ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the chain is closed
 _SMALL = 0.1  # m or rad: larger gaps are not those of mounts
 _KEPT = 1e-5  # rate of a condition, relative to its terms
+_ALIKE = 1e-3  # difference of the shares of rows in another, at points where the chain is closed
 
 
 def close_chains(
@@ -103,7 +104,8 @@ class _Closing:
         made = settled(program, self._variables, self._rows.flows, self._responses, chosen.flows)
         dropped = sorted(set(range(len(self._rows.flows))) - set(chosen.flows))
         warnings = (*program.warnings, *self._warn(dropped))
-        made = replace(made, closures=self._closures(chosen), warnings=warnings)
+        closures = self._closures(chosen, lasting=self._is_lasting(points, chosen.flows, dropped))
+        made = replace(made, closures=closures, warnings=warnings)
         declared = start_of(program, start)
         require_given(made, given, start, rounded=any(start[k] != declared[k] for k in start))
         return self._with_start(made, values, found)
@@ -237,6 +239,28 @@ class _Closing:
                 return _Chosen(kept, conditions)
         raise self._refused(every)
 
+    def _is_lasting(
+        self, points: Sequence[Point], kept: Sequence[int], dropped: Sequence[int]
+    ) -> bool:
+        """Test whether dropped rows follow from the kept ones alike at all points.
+
+        Of a planar linkage they do if the rows are in axes of a body. In other axes, about which
+        its plane turns, the kept rows become dependent where a share grows beyond all bounds.
+        """
+        shares = []
+        for point in points:
+            table = self._response_at(point)
+            part = [[table[i][j] for j in kept] for i in kept]
+            shares.append(
+                [least_change(part, [table[i][row] for i in kept], 1e-14) for row in dropped]
+            )
+        return all(
+            abs(share - first) <= _ALIKE * (1 + abs(first))
+            for found in shares
+            for row, others in zip(found, shares[0], strict=True)
+            for share, first in zip(row, others, strict=True)
+        )
+
     def _but_for_rounding(self, diagonal: Sequence[float]) -> list[float]:
         """The diagonal of S, with zeros for rows that would be zero in exact directions.
 
@@ -310,7 +334,7 @@ class _Closing:
 
     # --- results ----------------------------------------------------------------------------------
 
-    def _closures(self, chosen: _Chosen) -> Closures:
+    def _closures(self, chosen: _Chosen, *, lasting: bool) -> Closures:
         groups = connected_rows(self._dag, self._variables, self._responses, chosen.flows)
         kept = [row for group in groups for row in group]
         dropped = sorted(set(range(len(self._rows.flows))) - set(kept))
@@ -320,6 +344,7 @@ class _Closing:
             chain_of=tuple(k for k, group in enumerate(groups) for _ in group),
             flows=tuple(self._rows.flows[k] for k in (*kept, *dropped)),
             kept=len(kept),
+            lasting=lasting,
             conditions=tuple(self._rows.conditions[k] for k in (*chosen.conditions, *others)),
             names=tuple(self._graph.conditions[k].name for k in (*chosen.conditions, *others)),
             held=len(chosen.conditions),
