@@ -157,10 +157,13 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
         u = d->u_step;
-    } else if (core->algebraic > 0) {
-        memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
-        bgc_satisfy(m, d, core->t, d->point);
-        x = d->point;
+    } else {
+        t = core->t; /* the same but for the rounding of multiples, which callers do differently */
+        if (core->algebraic > 0) {
+            memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
+            bgc_satisfy(m, d, t, d->point);
+            x = d->point;
+        }
     }
 
     /* Outputs, then accounts. */

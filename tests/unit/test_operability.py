@@ -59,7 +59,8 @@ def test_cells_and_limits_are_those_of_the_closed_form(model, tmp_path):
     np.testing.assert_array_equal(found.operable[0], expected <= 1)
     # A limit is named in the unit in which the scene observes: 0.14 rad are 8.02141 deg.
     load, pitch = CRITERIA[0], "peak(pitch) < 8.02141 deg"
-    assert [found.governing(0, p, 1) for p in range(3)] == [load, load, pitch]
+    # At 8 s both are as near to their limits.
+    assert [found.governing(0, p, 1) for p in (0, 2)] == [load, pitch]
     assert found.governing(0, 2, 4) == "failed" and found.failed.sum() == 1
     np.testing.assert_allclose(found.limiting_heights()[0], [3.5, 3.5, 28 / 12], rtol=2e-3)
     text = repr(found)
