@@ -153,17 +153,29 @@ def _built(text: str) -> tuple[float, float, float, float]:
     return seconds, kilobytes, max(0.0, to_so[0] - seconds), peak
 
 
+# A process begins with the peak memory of the one that starts it, so a small one starts `bgc`.
+_STARTER = """
+import resource, subprocess, sys
+ended = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+sys.exit(ended.returncode)
+"""
+
+
 def _build(path: Path, target: str, cache: Path) -> tuple[float, float]:
     """Processor time in s, of all processes, and the largest memory of one in MB."""
-    command = [str(Path(sys.executable).with_name("bgc")), "build", path.name, "--target", target]
+    build = [str(Path(sys.executable).with_name("bgc")), "build", path.name, "--target", target]
+    command = [sys.executable, "-c", _STARTER, *build]
     environment = {**os.environ, "BGC_CACHE_DIR": str(cache)}
-    with subprocess.Popen(command, cwd=path.parent, env=environment,
-                          stdout=subprocess.DEVNULL) as process:  # fmt: skip
+    with subprocess.Popen(command, cwd=path.parent, env=environment, stdout=subprocess.PIPE,
+                          text=True) as process:  # fmt: skip
+        assert process.stdout is not None
+        printed = process.stdout.read()
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
         raise SystemExit(f"{path.name}: bgc build ended with status {process.returncode}")
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+    return used.ru_utime + used.ru_stime, int(printed) / 1e3
 
 
 _MEASURE: dict[str, Callable[[str, int], Iterator[Point]]] = {
