@@ -135,13 +135,14 @@ def _event_kernels(
             "c",
             stores("c", closure_nodes(program.closures)),
         )
+    arguments = stores("z", (switch.argument for switch in switches))
     if switches:
         yield _kernel(
             "switches",
             "The arguments of discontinuous operations.",
             _RUNNING,
             "z",
-            stores("z", (switch.argument for switch in switches)),
+            arguments,
         )
     if kept:
         yield _kernel(
@@ -149,7 +150,7 @@ def _event_kernels(
             "The same, from what rhs has left in w.",
             _RUNNING,
             "z",
-            stores("z", (switch.argument for switch in switches)),
+            arguments,
             found=kept,
         )
     timed = [switch.argument for switch in switches if switch.timed]

@@ -61,7 +61,7 @@ def with_rates(program: Program, switches: Iterable[Switch]) -> tuple[Switch, ..
 
 
 def _jumps(dag: Dag, argument: Node) -> bool:
-    """Whether an argument may jump: it contains an operation that does, kinks apart."""
+    """Test whether an argument contains an operation that jumps; kinks do not."""
     rows = (ROWS[dag.op[node]] for node in dag.reachable([argument]))
     return any(row.jump is not None and not row.kink for row in rows)
 

@@ -82,7 +82,7 @@ class Kernel:
 
     @property
     def left(self) -> tuple[Store, ...]:
-        """What it leaves in w for the next kernel."""
+        """The stores to w, from which the next kernel reads."""
         return tuple(store for store in self.stores if store.array == SCRATCH)
 
     @property
