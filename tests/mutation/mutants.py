@@ -99,13 +99,19 @@ def report(work: Path, table: bool) -> None:
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def begin_parser(text: str, per_file: int) -> argparse.ArgumentParser:
+    """A parser of the options that both commands have; the first line of `text` describes it."""
+    parser = argparse.ArgumentParser(description=text.splitlines()[0])
     parser.add_argument("words", nargs="*", metavar="WORD")
     parser.add_argument("--work", type=Path, required=True, help="folder for the copy and the log")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=30.0)
-    parser.add_argument("--per-file", type=int, default=10)
+    parser.add_argument("--per-file", type=int, default=per_file)
+    return parser
+
+
+def main() -> None:
+    parser = begin_parser(__doc__, per_file=10)
     parser.add_argument("--cost", type=float, default=30.0, help="s of tests against a break")
     parser.add_argument("--again", action="store_true", help="try survivors, and nothing else")
     parser.add_argument("--tests", nargs="*", default=TESTS, help="names as in targets.py")

@@ -10,7 +10,6 @@ DIR/log.jsonl is that of `mutants.py`, whose `--survivors` and `--table` read it
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import shutil
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from breaks import Break
-from mutants import HERE, ROOT, prepare
+from mutants import HERE, ROOT, begin_parser, prepare
 from targets import WHOLE
 from trials import candidates, in_rounds, key_of, read_rows
 
@@ -72,12 +71,7 @@ def try_break(
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("words", nargs="*", metavar="WORD")
-    parser.add_argument("--work", type=Path, required=True, help="folder for the copy and the log")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--minutes", type=float, default=30.0)
-    parser.add_argument("--per-file", type=int, default=3)
+    parser = begin_parser(__doc__, per_file=3)
     given = parser.parse_args()
     work = given.work.absolute()
     work.mkdir(parents=True, exist_ok=True)
