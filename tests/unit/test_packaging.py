@@ -1,5 +1,7 @@
 """The package list in pyproject.toml is written by hand: it must match the tree."""
 
+import base64
+import hashlib
 import json
 import os
 import re
@@ -8,6 +10,7 @@ import subprocess
 import sys
 import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -224,3 +227,29 @@ def test_the_recipe_and_the_citation_agree_with_the_project():
     assert f"\nversion: {project['version']}\n" in citation
     changes = (ROOT / ".packaging/CHANGELOG.md").read_text("utf-8")
     assert f"\n## {project['version']}" in changes
+
+
+def test_an_editable_install_leads_to_a_tree_of_links(tmp_path):
+    """An editor finds each module below the one path of the `.pth` file, without an import hook."""
+    built = backend()
+    wheel, tree = tmp_path / "bgc-1-py3-none-any.whl", tmp_path / "links"
+    with zipfile.ZipFile(wheel, "w") as archive:
+        archive.writestr("__editable__.bgc-1.pth", "import hook")
+        archive.writestr("__editable___hook.py", "1")
+        archive.writestr("bgc-1.dist-info/METADATA", "Name: bgc")
+        rows = ("__editable__.bgc-1.pth", "__editable___hook.py", "bgc-1.dist-info/METADATA")
+        archive.writestr("bgc-1.dist-info/RECORD", "".join(f"{row},,\n" for row in rows))
+    built.link_packages(tree)
+    built.lead_to(wheel, tree)
+    for package, folder in FOLDERS.items():
+        place = tree.joinpath(*folder.split("."))
+        assert (place / "__init__.py").resolve() == ROOT / package / "__init__.py"
+    with zipfile.ZipFile(wheel) as archive:
+        assert archive.testzip() is None
+        assert "__editable___hook.py" not in archive.namelist()
+        path = archive.read("__editable__.bgc-1.pth")
+        assert path.decode() == f"{tree}\n"
+        digest = base64.urlsafe_b64encode(hashlib.sha256(path).digest()).decode().rstrip("=")
+        listed = archive.read("bgc-1.dist-info/RECORD").decode()
+    assert f"__editable__.bgc-1.pth,sha256={digest},{len(path)}\n" in listed
+    assert "hook" not in listed and "bgc-1.dist-info/METADATA" in listed
