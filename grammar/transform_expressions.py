@@ -20,7 +20,7 @@ MAX_DEPTH = 200
 """The deepest nesting of an expression; `a + b + c` is two deep, as `(a + b) + c`."""
 
 _MAX_DIGITS = 1000
-_LARGEST = Fraction(sys.float_info.max)
+_LARGEST_DOUBLE = Fraction(sys.float_info.max)
 _NUMBER = re.compile(r"(?P<mantissa>[0-9.]+)(?:[eE](?P<exponent>[+-]?[0-9]+))?(?: (?P<unit>.+))?")
 
 
@@ -103,7 +103,7 @@ class ExpressionTransform:
         value = None
         if len(mantissa) <= _MAX_DIGITS and len(exponent or "") <= 5:
             value = Fraction(mantissa) * Fraction(10) ** int(exponent or 0)
-        if value is None or value > _LARGEST:
+        if value is None or value > _LARGEST_DOUBLE:
             self.report(wrong.number_out_of_range(span))
             value = Fraction(0)
         return syntax.Number(value, unit, span)

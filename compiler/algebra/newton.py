@@ -16,7 +16,7 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.nodes import Node
 
-_MOST = 100  # unknowns; with more, elimination in Python takes too long
+_MOST_ELIMINATED_UNKNOWNS = 100  # unknowns; with more, elimination in Python takes too long
 _ITERATIONS = 100  # from one point
 _WORK = 3e7  # bound of iterations times unknowns^3, some seconds
 _SOLVED = 1e-9  # relative size of the last correction
@@ -32,7 +32,7 @@ class Rows:
         self._unknowns = unknowns
         self._residuals = list(residuals)
         symbols = [dag.symbol(u.kind, u.index) for u in unknowns]
-        small = len(unknowns) <= _MOST
+        small = len(unknowns) <= _MOST_ELIMINATED_UNKNOWNS
         self._slopes = [s for r in residuals for s in gradient(dag, r, symbols)] if small else []
 
     def solve(self, known: Mapping[Symbol, float], start: Sequence[float]) -> list[float] | None:
@@ -41,7 +41,7 @@ class Rows:
         The iteration begins at `start`, then at points of other sizes and signs, since a law may be
         undefined or flat at the first.
         """
-        if len(self._unknowns) > _MOST:
+        if len(self._unknowns) > _MOST_ELIMINATED_UNKNOWNS:
             return None
         iterations = iter(range(int(_WORK / len(start) ** 3)))
         for point in (start, *_points(len(start))):

@@ -10,12 +10,12 @@ import math
 
 _MASK = 2**64 - 1
 _STEP = 0x9E3779B97F4A7C15
-_MOST = 2**53  # whole numbers below it are exact doubles
+_EXACT_INTEGERS = 2**53  # whole numbers below it are exact doubles
 
 
 def random(seed: float, index: float) -> float:
     """A number in [0, 1) with 53 random bits; NaN unless both are whole and below 2^53."""
-    if not all(abs(x) < _MOST and x == math.trunc(x) for x in (seed, index)):
+    if not all(abs(x) < _EXACT_INTEGERS and x == math.trunc(x) for x in (seed, index)):
         return math.nan
     start = _mixed(_mixed(int(seed) + _STEP) + _STEP)
     return (_mixed(start + _STEP * (int(index) + 1)) >> 11) * 2.0**-53

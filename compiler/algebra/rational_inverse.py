@@ -1,8 +1,8 @@
 """The inverse of a matrix of rational numbers, each entry exact or its nearest double.
 
 Gauss-Jordan elimination in fractions is exact, but the length of its numbers grows with each pivot:
-for a full matrix of n rows of decimals it takes nearly n^5. From `_LARGE` rows on, elimination
-therefore ends where its numbers exceed `_LONGEST` bits. The inverse is then found in numbers of
+for a full matrix of n rows of decimals it takes nearly n^5. From `_MODULAR_ROWS` rows on, elimination
+therefore ends where its numbers exceed `_MOST_BITS` bits. The inverse is then found in numbers of
 fixed length by Newton's iteration (Schulz 1933)
 
     X := X + X (I - A X),
@@ -25,8 +25,8 @@ from bgc.algebra.evaluate import to_double
 
 Rows: TypeAlias = Sequence[Sequence[Fraction]]
 
-_LARGE = 8  # rows
-_LONGEST = 512  # bits of a numerator and denominator
+_MODULAR_ROWS = 8  # rows
+_MOST_BITS = 512  # bits of a numerator and denominator
 _BITS = 384  # of the fixed-point numbers, behind the point
 _ROUNDS = 9  # from a residual of 1/2 to one of 2^-256
 _CERTAIN = 60  # bits of an entry that its error leaves
@@ -44,10 +44,10 @@ def inverse_of(matrix: Rows) -> list[list[Fraction]]:
     SingularRowsError
         The matrix is singular.
     """
-    if len(matrix) < _LARGE:
+    if len(matrix) < _MODULAR_ROWS:
         return _eliminated(matrix, None)
     try:
-        return _eliminated(matrix, _LONGEST)
+        return _eliminated(matrix, _MOST_BITS)
     except _LongError:
         return _by_newton(matrix) or _eliminated(matrix, None)
 

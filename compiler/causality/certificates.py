@@ -32,7 +32,7 @@ class Rank(IntEnum):
     RANGED = 4  # varies, within a range without zero
 
 
-_SMALL = 0.1  # relative to the largest entry of a row; a smaller pivot makes the others grow
+_SMALL_PIVOT = 0.1  # relative to the largest entry of a row; a smaller pivot makes the others grow
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -102,7 +102,7 @@ class Certifier:
             return Size(certificate.rank, is_small=False)
         if self._dag.level[node] > Level.PARAM:
             return Size(certificate.rank, is_small=False)
-        return Size(certificate.rank, is_small=abs(self.default(node)) / largest() < _SMALL)
+        return Size(certificate.rank, is_small=abs(self.default(node)) / largest() < _SMALL_PIVOT)
 
     def largest_in(self, row: Iterable[Node]) -> float:
         """The absolute value of the largest entry of a row that does not vary."""

@@ -46,7 +46,7 @@ _NAMES_SOMETHING_NEW = _VALUES | {
     "FLOW",
 }  # fmt: skip
 _UNIT_WORDS = ("k", "M", "m", "u")
-_MOST = 400  # completions of one kind
+_MOST_COMPLETIONS = 400  # completions of one kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,7 +367,7 @@ def _files(analysis: Analysis) -> Iterator[Completion]:
     """The other files of the folder."""
     folder = analysis.document.path.parent
     try:
-        found = sorted(islice(folder.glob("*.bg"), _MOST))
+        found = sorted(islice(folder.glob("*.bg"), _MOST_COMPLETIONS))
     except OSError:
         return
     for path in found:

@@ -20,11 +20,11 @@ from bgc.ir.program_nodes import map_program, program_roots
 Planned = tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...], LuPlan]
 _SOLUTIONS = 6  # for each Jacobian: of ros34prw 4, of rodas5p 8
 _GAIN = 0.9  # of the operations: what takes more is not worth inner unknowns
-_LEAST = 2_000  # operations that are worth a comparison
+_COMPARED_OPERATIONS = 2_000  # operations that are worth a comparison
 _KEPT_GAIN = (
     0.75  # solutions along a chain take longer than their operations: one waits for another
 )
-_LARGE = 20_000  # operations from which on intermediate values may be worth keeping
+_KEEPING_OPERATIONS = 20_000  # operations from which on intermediate values may be worth keeping
 _NODES = 1.3  # for each operation, at most: some are made and not used
 _LONG = 8_000  # products with kept vertices below which the other forms are not as large
 
@@ -42,7 +42,7 @@ def planned(program: Program, switches: tuple[Switch, ...]) -> Planned:
     kept = forms.order()
     if kept is not None and kept.order.products > _LONG:
         other = _with_plan(_optimised(*forms.with_kept_vertices(kept), switches))
-        most = max(_LARGE, int(_cost(other) / _KEPT_GAIN))
+        most = max(_KEEPING_OPERATIONS, int(_cost(other) / _KEPT_GAIN))
     nodes = None if most is None else _nodes(program, most, forms.size, forms.places())
     accumulated = forms.accumulated(nodes)
     if accumulated is not None:
@@ -51,14 +51,14 @@ def planned(program: Program, switches: tuple[Switch, ...]) -> Planned:
             other = wide
     assert other is not None
     cost = _cost(other)
-    least = int(max(cost / _GAIN, _LEAST))
+    least = int(max(cost / _GAIN, _COMPARED_OPERATIONS))
     explicit = differentiate_within(
         program, _nodes(program, least, len(program.states), forms.slopes)
     )
     if explicit is None:
         return other
     usual = _with_plan(_optimised(*explicit, switches))
-    return other if cost < _GAIN * _cost(usual) and _cost(usual) > _LEAST else usual
+    return other if cost < _GAIN * _cost(usual) and _cost(usual) > _COMPARED_OPERATIONS else usual
 
 
 def _nodes(program: Program, most: int, size: int, places: Iterable[tuple[int, int]]) -> int:

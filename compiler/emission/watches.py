@@ -20,7 +20,7 @@ from bgc.ir.graph import Node
 from bgc.ir.program import Program
 
 _PART = 0.01  # operations of all arguments up to which quotients are watched, over those of f
-_SMALL = 200  # operations of f up to which they are watched anyway
+_CHEAP_OPERATIONS = 200  # operations of f up to which they are watched anyway
 
 WatchedArgument = tuple[Watch, Node]
 """A function of a state, and its argument."""
@@ -39,7 +39,7 @@ def find_watches(program: Program) -> tuple[WatchedArgument, ...]:
     own = [pair for pair in varying if pair[0] is not Watch.RECIPROCAL]
     total = _operations(dag, nodes)
     cost = _operations(dag, dag.reachable(node for _, node in varying))
-    affordable = total <= _SMALL or cost <= _PART * total
+    affordable = total <= _CHEAP_OPERATIONS or cost <= _PART * total
     return tuple(varying if affordable else own)
 
 

@@ -20,7 +20,7 @@ from bgc.equations.loops.start import algebraic_rows
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 
-_TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
+_POWER_TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
 _REST = 1e-9  # of the stored energy in a second: less power than that is rounding
 _CANCELLED = (
     1e-8  # of the powers of single sources and resistors: less is what rounding leaves of them
@@ -64,7 +64,7 @@ def power_defect(program: Program) -> float | None:
     if not math.isfinite(size):
         return None
     defect = abs(sum(powers)) / size if size else 0.0
-    if defect >= _TOLERANCE:
+    if defect >= _POWER_TOLERANCE:
         left = [sum(_Rounding(dag, points[k % 2 + 1], k).values(shares)) for k in range(_ROUNDINGS)]
         if not max(map(abs, left)) > _EXPLAINED * (max(left) - min(left)):
             return None
@@ -147,4 +147,4 @@ def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
 def assert_power_balance(program: Program) -> None:
     """Raise AssertionError, a bug in bgc, where the balance does not hold."""
     defect = power_defect(program)
-    assert defect is None or defect < _TOLERANCE, f"power balance broken by {defect:.1e}"
+    assert defect is None or defect < _POWER_TOLERANCE, f"power balance broken by {defect:.1e}"

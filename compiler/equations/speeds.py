@@ -27,7 +27,7 @@ from bgc.ir.causal import Role
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, SpeedEquations
 
-_FEWEST = 3  # flows of a group: with fewer there is nothing to gain
+_FEWEST_FLOWS = 3  # flows of a group: with fewer there is nothing to gain
 _KNOWN = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.STATE, Kind.SPEED})
 
 
@@ -51,7 +51,9 @@ def with_speeds(
     groups = [
         group
         for group in find_groups(variables, merged)
-        if group.is_linear and len(group.flows) >= _FEWEST and momenta.keys() >= set(group.flows)
+        if group.is_linear
+        and len(group.flows) >= _FEWEST_FLOWS
+        and momenta.keys() >= set(group.flows)
     ]
     if not groups:
         return program

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 Numbers: TypeAlias = Sequence[Sequence[float]]
 
-_SMALL = 64  # ports of a field that plain loops are quick enough for
+_LOOPED_PORTS = 64  # ports of a field that plain loops are quick enough for
 TOLERANCE = 1e-9  # of entries and eigenvalues, where the diagonal is scaled to one
 
 
@@ -109,7 +109,7 @@ def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefin
             Indefinite(entry, _spread([1.0], places, len(matrix)), 1, None) if entry < 0 else None
         )
     limit = TOLERANCE if strictly else -TOLERANCE
-    if len(places) <= _SMALL and _is_above(matrix, places, limit):
+    if len(places) <= _LOOPED_PORTS and _is_above(matrix, places, limit):
         return None
     import numpy as np  # takes longer to load than most models to check
 

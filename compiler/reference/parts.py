@@ -14,8 +14,8 @@ from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Heading, Text, first_sentence, paragraphs
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 
-_LONGEST = 125  # characters of an equation that is shown
-_MOST = 36  # equations that are shown
+_MOST_CHARACTERS = 125  # characters of an equation that is shown
+_MOST_EQUATIONS = 36  # equations that are shown
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
@@ -48,7 +48,7 @@ def declaration_entry(
 
 
 def _is_short(declaration: syntax.Declaration) -> bool:
-    return len(flat_text(declaration.span.text)) <= _LONGEST
+    return len(flat_text(declaration.span.text)) <= _MOST_CHARACTERS
 
 
 def flat_text(text: str) -> str:
@@ -200,7 +200,11 @@ def equations(model: syntax.Model) -> list[str]:
     None where they are too many or too long to show.
     """
     lines = [line for item in flatten(model.items) if (line := _equation(item))]
-    return lines if len(lines) <= _MOST and all(len(line) <= _LONGEST for line in lines) else []
+    return (
+        lines
+        if len(lines) <= _MOST_EQUATIONS and all(len(line) <= _MOST_CHARACTERS for line in lines)
+        else []
+    )
 
 
 def _equation(item: syntax.Item) -> str:

@@ -19,8 +19,8 @@ from bgc.ir.graph import Node
 from bgc.ir.program import PositiveParameter, Program
 from bgc.ir.program_nodes import program_roots
 
-_LONGEST = 60  # characters of an expression in a message
-_MOST = 5  # parameters that a message lists in place of their expression
+_MOST_CHARACTERS = 60  # characters of an expression in a message
+_MOST_PARAMETERS = 5  # parameters that a message lists in place of their expression
 
 
 def with_divisor_checks(program: Program) -> Program:
@@ -117,7 +117,7 @@ def _text(program: Program, node: Node) -> str | None:
         assert symbol.kind is Kind.PARAM
         return program.parameters[symbol.index].name
 
-    text = expanded_text(program.dag, node, name, _LONGEST)
+    text = expanded_text(program.dag, node, name, _MOST_CHARACTERS)
     return None if text is None else f"`{text}`"
 
 
@@ -135,7 +135,7 @@ def _named(program: Program, nodes: Iterable[Node]) -> str:
         if (symbol := dag.symbol_of(node)) is not None and symbol.kind is Kind.PARAM
     )
     names = dict.fromkeys(program.parameters[k].name.split("[")[0] for k in indices)
-    return listed(list(names), _MOST)
+    return listed(list(names), _MOST_PARAMETERS)
 
 
 class _Search:

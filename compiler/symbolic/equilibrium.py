@@ -16,7 +16,7 @@ from bgc.algebra.components import all_components
 from bgc.algebra.matching import match
 from bgc.symbolic.letters import positive_letters
 
-_LONGEST = 200  # operations of a nonlinear equation that SymPy is asked to solve
+_MOST_OPERATIONS = 200  # operations of a nonlinear equation that SymPy is asked to solve
 
 
 class NoFormula(Exception):
@@ -87,7 +87,7 @@ def _solve_one(
     unknowns: Sequence[sympy.Symbol],
     numbers: Mapping[sympy.Symbol, float],
 ) -> dict[sympy.Symbol, sympy.Expr]:
-    if len(unknowns) > 1 or equations[0].count_ops() > _LONGEST:
+    if len(unknowns) > 1 or equations[0].count_ops() > _MOST_OPERATIONS:
         raise NoFormula(unknowns)
     (equation,), (unknown,) = equations, unknowns
     try:

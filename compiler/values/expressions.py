@@ -50,7 +50,7 @@ from bgc.values.value import Value, describe_shape
 __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
 __all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 
-_FAR = 10**9  # larger indices are out of range anyway
+_LARGEST_INDEX = 10**9  # larger indices are out of range anyway
 _MAX_CALLS = 64  # depth of nested calls of the user's functions
 _MAX_NESTING = 150  # of operations within operations, through the functions that are called
 
@@ -254,7 +254,9 @@ class _Evaluator:
         return components.Selection(first, last, False, index.span)
 
     def place(self, index: syntax.Expr, depth: int) -> int:
-        return whole_number(self.dag, self.operand(index, depth), "an index", -_FAR, _FAR)
+        return whole_number(
+            self.dag, self.operand(index, depth), "an index", -_LARGEST_INDEX, _LARGEST_INDEX
+        )
 
     # --- operators ------------------------------------------------------------------
 

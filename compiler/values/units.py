@@ -207,7 +207,7 @@ def _find_word(text: str) -> _Word | None:
 
 _FACTOR = re.compile(r"([A-Za-z]+)(?:\^(-?\d{1,2}(?:\.\d{1,3})?))?")
 _MAX_EXPONENT = 24
-_LONGEST = 200  # characters of a unit
+_MOST_CHARACTERS = 200  # characters of a unit
 
 
 @lru_cache(maxsize=1024)
@@ -217,7 +217,7 @@ def parse_unit(text: str) -> Unit | None:
     Products and quotients are grouped from the left: `J/kg*K` is J*K/kg. A unit may begin with 1,
     as `1/s` does.
     """
-    if len(text) > _LONGEST:
+    if len(text) > _MOST_CHARACTERS:
         return None
     factor, dimension = Fraction(1), DIMENSIONLESS
     spelled: dict[str, Exponent] = {}

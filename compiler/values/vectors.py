@@ -28,7 +28,7 @@ from bgc.values.value import Value, describe_shape
 Operands: TypeAlias = Sequence[Operand]
 
 _MAX_INVERSE = 48
-_FAR = 10**9  # larger sizes are refused anyway
+_LARGEST_SIZE = 10**9  # larger sizes are refused anyway
 
 # --- of vectors -------------------------------------------------------------------------
 
@@ -216,4 +216,4 @@ def eye(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def _size_argument(dag: Dag, name: str, argument: Operand) -> int:
-    return whole_number(dag, argument, f"an argument of `{name}`", 1, _FAR)
+    return whole_number(dag, argument, f"an argument of `{name}`", 1, _LARGEST_SIZE)

@@ -13,7 +13,7 @@ from bgc.grammar.syntax import Scene
 from bgc.options import Options
 from bgc.printing.draw import View, lay_out, part_paths, to_dot
 
-_MOST = 150  # elements that are drawn one by one unless a depth is asked for
+_MOST_ELEMENTS = 150  # elements that are drawn one by one unless a depth is asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def preview(path: Path, analysis: Analysis, asked: Asked) -> Preview:
         causal = stages.causal
         depths = max((name.count(".") + 1 for name in part_paths(causal.graph)), default=0)
         depth = asked.depth
-        if depth is None and depths and len(causal.graph.elements) > _MOST:
+        if depth is None and depths and len(causal.graph.elements) > _MOST_ELEMENTS:
             depth = 1
         svg = lay_out(to_dot(causal, View(depth, ())), "svg").decode()
     except BgError as problem:

@@ -19,7 +19,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DEEPEST = 1_000  # elements within elements
 # The text is decoded already, and editors leave blank lines before the declaration.
 _DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]*\?>")
-_LARGEST = 1e18  # of any number in a robot
+_LARGEST_NUMBER = 1e18  # of any number in a robot
 
 
 @dataclass(slots=True, eq=False)
@@ -83,7 +83,7 @@ class Element:
 
     def _read(self, attribute: str, word: str) -> float:
         value = float(word) if _NUMBER.fullmatch(word) else None
-        if value is None or abs(value) > _LARGEST:
+        if value is None or abs(value) > _LARGEST_NUMBER:
             fault = "is not a number" if value is None else "is beyond 1e18"
             what = f"`{attribute}` {fault}: {word[:40]!r}"
             raise BgError([wrong_value(self.place(attribute), what, "write a number, as `0.25`")])

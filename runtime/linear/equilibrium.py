@@ -20,7 +20,7 @@ Tangent: TypeAlias = tuple[Array, NDArray[np.intp]]
 _ITERATIONS = 200
 _HALVINGS = 30
 _NO_STEP = 1e-12
-_LONGEST = 1e12  # largest pseudo-time step, in units of the first one
+_LONGEST_STEP = 1e12  # largest pseudo-time step, in units of the first one
 _LONGER = 4.0
 _SHORTER = 0.1
 _WORSE = 10.0  # growth of the rates for which a step is rejected
@@ -85,7 +85,7 @@ def find_equilibrium(
             time *= _SHORTER
             continue
         x, remaining = tried, after
-        if time >= _LONGEST * first and np.abs(step).max(initial=0.0) <= _NO_STEP:
+        if time >= _LONGEST_STEP * first and np.abs(step).max(initial=0.0) <= _NO_STEP:
             break
-        time = min(time * _LONGER, _LONGEST * first)
+        time = min(time * _LONGER, _LONGEST_STEP * first)
     return x, remaining

@@ -12,7 +12,7 @@ from bgc.runtime.linear.state_space import Linearisation
 from bgc.values.units import DIMENSIONLESS, divide, parse_unit, si_symbol
 
 REFERENCE = "reference"
-_LARGEST = 1e100  # of an entry: a product of three is finite
+_LARGEST_ENTRY = 1e100  # of an entry: a product of three is finite
 
 
 def with_gain(linear: Linearisation, gain: float) -> Linearisation:
@@ -55,7 +55,7 @@ def _in_range(linear: Linearisation) -> Linearisation:
     """Refuse matrices whose products leave the range of double precision (BG798)."""
     for matrix in (linear.A, linear.B, linear.C, linear.D):
         size = np.abs(matrix).max(initial=0.0)
-        if not size <= _LARGEST or 0 < size < 1 / _LARGEST:
+        if not size <= _LARGEST_ENTRY or 0 < size < 1 / _LARGEST_ENTRY:
             raise BgError([out_of_range(linear.outputs[0])])
     return linear
 

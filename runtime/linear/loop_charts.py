@@ -15,7 +15,7 @@ from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
-_SIZE = 6.4  # inches
+_FIGURE_INCHES = 6.4  # inches
 _WIDEST = 8.0  # half the width of a Nyquist chart whose curve is unbounded
 _CIRCLES = (-20.0, -12.0, -6.0, -3.0, 0.0, 1.0, 3.0, 6.0, 12.0)  # dB of the closed loop
 _LOWEST, _HIGHEST = -60.0, 40.0  # dB that a Nichols chart shows at most
@@ -30,7 +30,7 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
     """
     value = response.value
     with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(_SIZE, _SIZE), layout="constrained")
+        figure = Picture(figsize=(_FIGURE_INCHES, _FIGURE_INCHES), layout="constrained")
         axes = figure.subplots()
         angle = np.linspace(0, 2 * math.pi, 361)
         axes.plot(np.cos(angle), np.sin(angle), color=_GUIDE, linewidth=0.8, linestyle=":")

@@ -24,7 +24,7 @@ from bgc.runtime.running.structures import Status
 _OF_STATE, _OF_SCALE = 1e-8, 1e-12
 _MOST_PERIODS = 60_000  # that are timed one by one
 _EXCLUDED = 1e-3  # of the periods: they may be slower than the usual time
-_MANY = 100  # periods, of which one may be slower
+_PERIODS_PER_OUTLIER = 100  # periods, of which one may be slower
 _CLOCK_EVERY = 64  # periods
 
 
@@ -175,7 +175,7 @@ def paced_times(
         least = spent if least is None else np.minimum(least, spent)
     if least is None or not count:
         return None
-    excluded = max(int(_EXCLUDED * count), int(count >= _MANY))
+    excluded = max(int(_EXCLUDED * count), int(count >= _PERIODS_PER_OUTLIER))
     slowest = tuple(np.sort(least)[::-1][: excluded + 1].tolist())
     return Paced(slowest[-1], slowest, count)
 

@@ -13,7 +13,7 @@ from bgc.runtime.realtime.binding import POLICIES, OptionsStruct
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
-_SHORTEST = 0.25e-3  # s: 4 kHz
+_SHORTEST_PERIOD = 0.25e-3  # s: 4 kHz
 _DEFAULT = 1e-3  # s: of a scene that samples nothing and has no step
 _BUTTONS = 8
 
@@ -82,9 +82,13 @@ def period_of(model: LoadedModel, method: Method, sampled: float) -> float:
     if method.name in BACKENDS:
         raise BgError([cannot_start(f"`{method.name}` does not run in the loop")])
     period = sampled or model.facts.step or _DEFAULT
-    if period < _SHORTEST * (1.0 - 1e-9):
+    if period < _SHORTEST_PERIOD * (1.0 - 1e-9):
         raise BgError(
-            [cannot_start(f"a period of {period:g} s is shorter than {_SHORTEST:g} s (4 kHz)")]
+            [
+                cannot_start(
+                    f"a period of {period:g} s is shorter than {_SHORTEST_PERIOD:g} s (4 kHz)"
+                )
+            ]
         )
     return period
 

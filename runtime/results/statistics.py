@@ -17,7 +17,7 @@ from bgc.runtime.results.tabled import Tabled
 from bgc.values.shown import Shown
 
 _RESAMPLES = 1000
-_FEWEST = 8  # runs of a ranking
+_FEWEST_RANKED_RUNS = 8  # runs of a ranking
 
 
 class Runs(Protocol):
@@ -220,8 +220,8 @@ _Part = tuple[Array, Array]
 
 def check_enough(count: int) -> None:
     """Raise BG066 for too few runs (base points of a `saltelli` sample) to rank parameters."""
-    if count < _FEWEST:
-        wanted = f"a sample of {_FEWEST} runs or more, as a ranking needs"
+    if count < _FEWEST_RANKED_RUNS:
+        wanted = f"a sample of {_FEWEST_RANKED_RUNS} runs or more, as a ranking needs"
         raise BgError([bad_option("sample", count, wanted, "64")])
 
 

@@ -25,9 +25,9 @@ from bgc.runtime.view.recording import Recording
 _ROWS = 49  # of a cycle, the first row again at its end
 _CYCLE = 2.0  # s in which a cycle is shown
 _APART = 1.0  # s between the rows of two modes
-_SIZE = 0.08  # displacement of the point that moves most, of the size of the scene
+_DRAWN_DISPLACEMENT = 0.08  # displacement of the point that moves most, of the size of the scene
 _TURN = 0.3  # rad at most
-_NEAR = 1e-4  # change of the states, in their scales, for the differences
+_DIFFERENCE_STEP = 1e-4  # change of the states, in their scales, for the differences
 _STILL = 1e-11  # change of the shapes with it, of the scene's size, that may be rounding
 _ROUNDING = 1e-12  # of a damping ratio
 _CONSTANT = 1e-12  # of the largest eigenvalue: rounding, the mode of a body that is free
@@ -74,7 +74,7 @@ def record_modes(
     for mode, vector in zip(modes, vectors.T, strict=True):
         if abs(mode.eigenvalue) <= constant:
             continue
-        step = _NEAR / float((np.abs(vector) / opened.scale).max())
+        step = _DIFFERENCE_STEP / float((np.abs(vector) / opened.scale).max())
         moved = np.zeros(len(start), dtype=np.complex128)
         moved[places] = step * vector[taken]
         scaled = _scaled(description, _change(model, start, moved, point.time), size)
@@ -161,7 +161,7 @@ def _scaled(description: Description, swing: Complex, size: float) -> Complex | 
             turn = max(turn, float(amount.max()))
     if not max(farthest / size, turn) > _STILL:
         return None
-    factors = [_SIZE * size / farthest] if farthest > 0 else []
+    factors = [_DRAWN_DISPLACEMENT * size / farthest] if farthest > 0 else []
     factors += [_TURN / turn] if turn > 0 else []
     return np.asarray(swing * min(factors))
 

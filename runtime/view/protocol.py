@@ -55,7 +55,7 @@ _POSE: Final = {
     "buttons": (0, 8),
 }
 _FARTHEST: Final = 1e3  # of a number of a pose
-_SHORTEST: Final = 1e-6  # length of a quaternion, which is made 1
+_SHORTEST_QUATERNION: Final = 1e-6  # length of a quaternion, which is made 1
 
 
 def pack_rows(kind: int, epoch: int, rows: Rows, sent: float) -> bytes:
@@ -111,7 +111,11 @@ def _is_pose(message: dict[str, Any]) -> bool:
             return False
     gripper = message.get("gripper", 0.0)
     turned = message.get("orientation", [1.0])
-    return _is_number(gripper) and abs(gripper) <= _FARTHEST and math.hypot(*turned) >= _SHORTEST
+    return (
+        _is_number(gripper)
+        and abs(gripper) <= _FARTHEST
+        and math.hypot(*turned) >= _SHORTEST_QUATERNION
+    )
 
 
 def _is_number(value: Any) -> bool:

@@ -128,7 +128,7 @@ def kept_vertices() -> Iterator[None]:
         forms = implicit_speeds.ImplicitForms
         patch.setattr(forms, "accumulated", _with_kept_vertices)
         patch.setattr(least_cost, "_GAIN", 1e9)
-        patch.setattr(least_cost, "_LEAST", -1)
+        patch.setattr(least_cost, "_COMPARED_OPERATIONS", -1)
         patch.setattr(implicit_speeds, "_SETTINGS", ((-5, -5),))  # accumulate few
         yield
 

@@ -128,7 +128,7 @@ def test_bounds_on_the_work_leave_the_cheapest_form(
 ) -> None:
     source = arm_of_boxes(8, slides)
     monkeypatch.setattr(least_cost, "_LONG", 0)
-    monkeypatch.setattr(least_cost, "_LARGE", 0)
+    monkeypatch.setattr(least_cost, "_KEEPING_OPERATIONS", 0)
     bounded = operations(lowered(source))
     monkeypatch.setattr(least_cost, "_NODES", 1e9)
     assert bounded == operations(lowered(source))

@@ -30,7 +30,7 @@ from bgc.grammar.parse import parse
 from bgc.language.sampled_port import GIVEN, MODEL, NEEDED, port_model
 from bgc.resolution.modules import Declared, Module
 
-_MOST = 6  # components: translations and rotations of a device
+_MOST_COMPONENTS = 6  # components: translations and rotations of a device
 
 
 class _Builds(Protocol):
@@ -62,7 +62,7 @@ def enter_sampled_port(builder: _Builds, instance: Instance, port: PortEntry) ->
     arguments = _arguments(item, env)
     if len(item.dims) != 1:
         raise BgError([ports.incomplete(item.name_span, item.name, "its width")])
-    width = builder.world.whole(item.dims[0], env, "a width", 1, min(_MOST, MAX_WIDTH))
+    width = builder.world.whole(item.dims[0], env, "a width", 1, min(_MOST_COMPONENTS, MAX_WIDTH))
     wall = arguments.pop("one_sided", None)
     is_wall = wall is not None and builder.world.whole(wall.value, wall.env, "one_sided", 0, 1) == 1
     declared = _declared(

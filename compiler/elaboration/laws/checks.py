@@ -15,7 +15,7 @@ from bgc.elaboration.laws.blocks import Laws
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import EnergyLaw, ExplicitLaw, Law, LinearLaw, Matrix, Node
 
-_TOLERANCE = 1e-9
+_ASYMMETRY_TOLERANCE = 1e-9
 
 
 class LawChecks:
@@ -47,7 +47,7 @@ class LawChecks:
             for j, column in enumerate(columns)
         ]
         left = [node for node in differences if not self._fingerprints.is_zero(node)]
-        return all(abs(number) <= _TOLERANCE for number in self._numbers(left))
+        return all(abs(number) <= _ASYMMETRY_TOLERANCE for number in self._numbers(left))
 
     def is_finite(self, matrix: Matrix) -> bool:
         """Return whether all entries are finite at the defaults of the parameters."""
@@ -65,7 +65,7 @@ class LawChecks:
         sizes = self._numbers([matrix[i][j] for (i, j), _ in doubtful])
         numbers = self._numbers([node for _, node in doubtful])
         for (place, _), number, size in zip(doubtful, numbers, sizes, strict=True):
-            if not abs(number) <= _TOLERANCE * abs(size):
+            if not abs(number) <= _ASYMMETRY_TOLERANCE * abs(size):
                 return place
         return None
 

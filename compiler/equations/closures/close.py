@@ -52,7 +52,7 @@ _DEPENDENT = 1e-11  # pivot of S over its diagonal: squares of sines
 _NOISE = 1e-18  # of the largest diagonal of S: squares of coefficients that rounded data leave over
 _NOISE_IN_A_CHAIN = 1e-12  # the same of the largest in one chain, whose flows are of similar size
 _ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the chain is closed
-_SMALL = 0.1  # m or rad: larger gaps are not those of mounts
+_MOUNT_GAP = 0.1  # m or rad: larger gaps are not those of mounts
 _KEPT = 1e-5  # rate of a condition, relative to its terms
 _ALIKE = 1e-3  # difference of the shares of rows in another, at points where the chain is closed
 
@@ -190,7 +190,7 @@ class _Closing:
         worst = max(range(len(residuals)), key=lambda k: abs(residuals[k]))
         condition, misfit = self._graph.conditions[worst], residuals[worst]
         body = body_aside(self._graph)
-        is_small = abs(misfit) < _SMALL and is_within_reach(self._dag, self._conditions, near)
+        is_small = abs(misfit) < _MOUNT_GAP and is_within_reach(self._dag, self._conditions, near)
         if body or is_small:
             raise BgError(
                 [catalogue.contradicting_mounts(condition.span, condition.name, misfit, body)]

@@ -24,7 +24,7 @@ from bgc.ir.graph import Initial, Junction, Node
 from bgc.ir.program import Program
 
 _MOVED = 1e-6  # of the value: less is rounding
-_LEAST = 1e-9  # in SI: smaller values are zero but for rounding
+_ROUNDING_OF_ZERO = 1e-9  # in SI: smaller values are zero but for rounding
 _AT_ROUNDED = 1e-2  # the same where positions were moved by the rounding of given values
 
 
@@ -94,7 +94,7 @@ def require_given(
             continue
         actual, wanted = pair
         size = max(abs(actual), abs(wanted))
-        if not math.isfinite(actual) or abs(actual - wanted) <= share * size + _LEAST:
+        if not math.isfinite(actual) or abs(actual - wanted) <= share * size + _ROUNDING_OF_ZERO:
             continue
         name = f"{one.initial.variable}0"
         found.append(catalogue.moved_start(one.initial.span, one.name, name, actual))

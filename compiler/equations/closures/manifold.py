@@ -25,14 +25,14 @@ RANK = 3e-6  # rows closer than this to a combination of others depend on them
 _ITERATIONS = 100
 _DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
 _LEAST_DAMPING = 1e-4  # after a step that did not help
-_SLOW = 0.99  # of the residuals that a step leaves; `_FEW` such steps lead nowhere
-_FEW = 4
+_SLOW = 0.99  # of the residuals that a step leaves; `_SLOW_STEPS` such steps lead nowhere
+_SLOW_STEPS = 4
 _AT_REST = 1e-12  # m or rad: steps of this length change nothing
 _PROJECTIONS = 20  # of momenta, at most
 _PROJECTED = 1e-9  # relative change of a momentum after which none follows
 _POINTS = 6
 _TRIES = 8  # starts from which the free states are moved until a chain is closed
-_NEAR = 3  # starts of a search for the least residuals
+_SEARCH_STARTS = 3  # starts of a search for the least residuals
 _SPREAD = 1.5  # of the random configurations around the start
 
 Point = dict[Symbol, float]
@@ -90,7 +90,7 @@ def nearest_to_closed(
     rng = random.Random("nearest")
     symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
     found: list[tuple[float, Point, Sequence[float]]] = []
-    for k in range(_NEAR):
+    for k in range(_SEARCH_STARTS):
         first = [point[symbol] + k * 0.3 * rng.uniform(-1, 1) for symbol in symbols]
         x, residuals = _approach(_with_states(dag, conditions, point), first)
         near = point | dict(zip(symbols, x, strict=True))
@@ -126,7 +126,7 @@ def _approach(at: _Equations, x: list[float]) -> tuple[list[float], list[float]]
         if left < size:
             x, residuals, slopes = trial, found, table
             damping *= 0.1
-            if slow == _FEW:
+            if slow == _SLOW_STEPS:
                 break
         else:
             damping = max(4 * damping, _LEAST_DAMPING)

@@ -27,13 +27,13 @@ from bgc.equations.variables.variables import Rate, Variables
 from bgc.ir.causal import BasisKind
 from bgc.ir.graph import Node
 
-_LEAST = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
+_LEAST_EIGENVALUE = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
 _ROUNDING = 1e-13  # the same without masses
 _NO_MASS = 1e-24  # of the largest: less is what coefficients of rounded data leave over, squared
 _NO_MASS_IN_A_CHAIN = 1e-12  # the same where a closed chain can be opened, and moves them then
 _STILL = 1e-6  # of the fastest flow: slower ones are zero up to rounding
 _TAKING_PART = 1e-3  # of the fastest
-_TOLERANCE = (
+_FLOW_TOLERANCE = (
     1e-6  # relative; far above rounding and difference errors, far below the effect of a wrong sign
 )
 _SHIFT = 1e-5  # of the point, for differences
@@ -66,7 +66,7 @@ class MergedAudit:
         BgError
             Names what can move without inertia.
         """
-        mass = self._moved_by_all(group, _LEAST)
+        mass = self._moved_by_all(group, _LEAST_EIGENVALUE)
         if mass is None:
             return
         for i, k in enumerate(group.flows):
@@ -144,7 +144,9 @@ class MergedAudit:
             for k, node in merged.flows.items():
                 flow = classes[basis[k].bond_class]
                 error = abs(point.value(node) / flow - 1)
-                assert not error > _TOLERANCE, f"a flow of merged inertias is off by {error:.1e}"
+                assert not error > _FLOW_TOLERANCE, (
+                    f"a flow of merged inertias is off by {error:.1e}"
+                )
 
     def _assert_powerless(self) -> None:
         """The forces of turning moduli take the power that turning moduli give the flows."""
@@ -164,7 +166,7 @@ class MergedAudit:
         for number, force in self._variables.balances.turning.items():
             powers.append(point.value(force) * now[number])
         defect, size = abs(sum(powers)), sum(map(abs, powers))
-        bound = _TOLERANCE * size + rounding
+        bound = _FLOW_TOLERANCE * size + rounding
         assert not defect > bound, f"turning moduli give the power {defect / size:.1e}"
 
 

@@ -17,7 +17,7 @@ from bgc.equations.loops.resolve import Resolver
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Node
 
-_MOST = 3  # differentiations
+_MOST_DIFFERENTIATIONS = 3  # differentiations
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ def derivative_with_unknown(
     """
     dag, is_zero = variables.dag, variables.causal.fingerprints.is_zero
     node = right
-    for order in range(1, _MOST + 1):
+    for order in range(1, _MOST_DIFFERENTIATIONS + 1):
         held = {n: s for n in dag.reachable([node]) if (s := dag.symbol_of(n)) is not None}
         if any(symbol.kind is Kind.INPUT for symbol in held.values()):
             return None

@@ -20,7 +20,7 @@ from bgc.equations.loops.resolve import Resolver
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Equation, Node
 
-_MOST = 100  # unknowns, for which the number of solutions is counted
+_MOST_UNKNOWNS = 100  # unknowns, for which the number of solutions is counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def _refused(
     spans = [row.equation.span for row in rows if row.equation is not None]
     named = [names[column] for column in columns if column in names]
     found = "unclear"
-    if len(rows) == len(columns) <= _MOST and not any(row.entries for row in rows):
+    if len(rows) == len(columns) <= _MOST_UNKNOWNS and not any(row.entries for row in rows):
         found = _solutions(variables, rows, numbers, columns)
     return BgError([catalogue.singular_equations(spans[-1], named, found, spans[:-1])])
 

@@ -17,7 +17,7 @@ from bgc.algebra.evaluate import Evaluator
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Node
 
-_LEAST = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diagonal of ones or less
+_LEAST_PIVOT = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diagonal of ones or less
 _EQUAL = 1e-12
 
 
@@ -56,7 +56,7 @@ def judge_stiffness(
     table = _scaled(table, sizes)
     if _is_definite(table):
         return Stiffness.DEFINITE
-    return Stiffness.REGULAR if _least_pivot(table) > _LEAST else Stiffness.SINGULAR
+    return Stiffness.REGULAR if _least_pivot(table) > _LEAST_PIVOT else Stiffness.SINGULAR
 
 
 def _scaled(table: Sequence[Sequence[float]], sizes: Sequence[float]) -> list[list[float]]:
@@ -78,7 +78,7 @@ def _is_definite(table: Sequence[Sequence[float]]) -> bool:
         for j in range(i):
             known = sum(x * y for x, y in zip(line, factors[j], strict=False))
             line.append((row[j] - known) / factors[j][j])
-        square = row[i] - _LEAST - sum(x * x for x in line)
+        square = row[i] - _LEAST_PIVOT - sum(x * x for x in line)
         if not square > 0:
             return False
         factors.append([*line, math.sqrt(square)])

@@ -22,7 +22,7 @@ _ITERATIONS = 60
 _CONVERGED = 1e-11  # the last change, relative to the unknowns
 _SATISFIED = 1e-10  # conditions, relative to their terms
 _LEAST_DAMPING = 1e-6
-_SMALL = 1e-6  # part of an unknown's scale
+_SCALE_PART = 1e-6  # part of an unknown's scale
 
 
 class LeastChange:
@@ -158,7 +158,7 @@ class LeastChange:
 
     def _is_small(self, change: Sequence[float], y: Sequence[float]) -> bool:
         return all(
-            abs(c) <= _CONVERGED * max(abs(v), _SMALL * s)
+            abs(c) <= _CONVERGED * max(abs(v), _SCALE_PART * s)
             for c, v, s in zip(change, y, self._sizes, strict=True)
         )
 
