@@ -1,9 +1,9 @@
 """The inverse of a matrix of rational numbers, each entry exact or its nearest double.
 
 Gauss-Jordan elimination in fractions is exact, but the length of its numbers grows with each pivot:
-for a full matrix of n rows of decimals it takes nearly n^5. From `_MODULAR_ROWS` rows on, elimination
-therefore ends where its numbers exceed `_MOST_BITS` bits. The inverse is then found in numbers of
-fixed length by Newton's iteration (Schulz 1933)
+for a full matrix of n rows of decimals it takes nearly n^5. From `_MODULAR_ROWS` rows on,
+elimination therefore ends where its numbers exceed `_MOST_BITS` bits. The inverse is then found in
+numbers of fixed length by Newton's iteration (Schulz 1933)
 
     X := X + X (I - A X),
 
