@@ -116,8 +116,11 @@ def _tutorials() -> list[Page]:
 
 def _manual() -> list[Page]:
     source = "grammar/LANGUAGE.md"
-    first = Page("manual/index.md", "Overview", source)
-    return pages_by_heading(source, _read(source), first, lambda _, anchor: f"manual/{anchor}.md")
+    index = _read(source)
+    pages = one_page("manual/index.md", "Overview", source, index)
+    for title, file in re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", index, re.MULTILINE):
+        pages += one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
+    return pages
 
 
 def _library() -> list[Page]:

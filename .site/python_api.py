@@ -131,7 +131,7 @@ _ABOUT = """\
 # Python
 
 Every public class and function, with its arguments, units, conventions and errors. The chapter
-[From Python](../manual/python-and-notebooks.md#from-python) of the manual introduces them, and
+[From Python](../manual/do/python-and-notebooks.md#from-python) of the manual introduces them, and
 `help(model.simulate)` prints the same text in a session.
 
 Quantities are SI numbers or texts with a unit, `"2 s"`. Arrays are NumPy arrays of double

@@ -1,4 +1,4 @@
-"""Chapters of the manual, `LANGUAGE.md`, as entries of the reference."""
+"""Chapters of the manual, listed in `LANGUAGE.md`, as entries of the reference."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from importlib import resources
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Heading, Text
 
-_CHAPTER = re.compile(r"^## (.+)$", re.MULTILINE)
-_TOPIC = re.compile(r"^### (.+)$", re.MULTILINE)
+_LISTED = re.compile(r"^\d+\. \[.+\]\((manual/\S+\.md)\)", re.MULTILINE)
+_TOPIC = re.compile(r"^## (.+)$", re.MULTILINE)
 _MOST_FOUND = 3  # titles that hold a word
 _FENCE = re.compile(r"^```")
-_LISTED = re.compile(r"^\s*(?:[-*]|\d+\.) ")
+_ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ")
 _RULE = re.compile(r"^\|[-:| ]+\|$")
 _LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 
 
 @cache
 def _chapters() -> dict[str, str]:
-    """Return the text of each chapter by its name; none where there is no manual."""
-    file = resources.files("bgc.grammar") / "LANGUAGE.md"
-    if not file.is_file():
+    """Return the text of each chapter by its name, in the order of the index.
+
+    Empty where there is no manual.
+    """
+    folder = resources.files("bgc.grammar")
+    index = folder / "LANGUAGE.md"
+    if not index.is_file():
         return {}
-    pieces = _CHAPTER.split(file.read_text("utf-8"))
-    found = {_name(title): f"{title}\n{text}" for title, text in zip(*_pairs(pieces), strict=True)}
-    return {name: text for name, text in found.items() if name != "contents"}
-
-
-def _pairs(pieces: list[str]) -> tuple[list[str], list[str]]:
-    return pieces[1::2], pieces[2::2]
+    files = _LISTED.findall(index.read_text("utf-8"))
+    texts = ((folder / file).read_text("utf-8").removeprefix("# ") for file in files)
+    return {_name(text.partition("\n")[0]): text for text in texts}
 
 
 def _name(title: str) -> str:
@@ -66,8 +66,8 @@ def _topics() -> dict[str, tuple[str, str, str]]:
     """Return the sections of chapters by name: the chapter, the title and the text of each."""
     found: dict[str, tuple[str, str, str]] = {}
     for chapter, content in _chapters().items():
-        titles, texts = _pairs(_TOPIC.split(content))
-        for title, text in zip(titles, texts, strict=True):
+        pieces = _TOPIC.split(content)
+        for title, text in zip(pieces[1::2], pieces[2::2], strict=True):
             found.setdefault(_name(title), (chapter, title, text))
     return {name: topic for name, topic in found.items() if name not in _chapters()}
 
@@ -93,7 +93,7 @@ def _blocks(text: str) -> Iterator[Block]:
             yield Heading(_plain(line.lstrip("# ")))
         elif not line.strip():
             yield from _paragraph(paragraph)
-        elif _LISTED.match(line):
+        elif _ITEM.match(line):
             yield from _paragraph(paragraph)
             paragraph.append(line)
         else:

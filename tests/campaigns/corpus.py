@@ -41,12 +41,12 @@ def corpus() -> tuple[Entry, ...]:
             if path.name not in TOO_SLOW:
                 text = path.read_text("utf-8", errors="surrogateescape")
                 entries.append(Entry(str(path.relative_to(ROOT)), text, path.parent))
-    manual = ROOT / "grammar" / "LANGUAGE.md"
-    text = manual.read_text("utf-8")
-    for found in _BLOCK.finditer(text):
-        line = text.count("\n", 0, found.start()) + 1
-        body = found[2]
-        if "model" in found[1].split():
-            body = f"model Fragment {{\n{body}}}\n"
-        entries.append(Entry(f"grammar/LANGUAGE.md:{line}", body, ROOT / "tests" / "models"))
+    for chapter in sorted((ROOT / "grammar" / "manual").rglob("*.md")):
+        text = chapter.read_text("utf-8")
+        for found in _BLOCK.finditer(text):
+            name = f"{chapter.relative_to(ROOT)}:{text.count(chr(10), 0, found.start()) + 1}"
+            body = found[2]
+            if "model" in found[1].split():
+                body = f"model Fragment {{\n{body}}}\n"
+            entries.append(Entry(name, body, ROOT / "tests" / "models"))
     return tuple(entries)

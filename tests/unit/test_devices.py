@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from manual import whole_manual
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -196,8 +197,7 @@ def test_devices_lists_every_driver() -> None:
 
 
 def test_a_scene_may_use_every_driver_of_the_manual(tmp_path: Path) -> None:
-    manual = (Path(bgc.grammar.__path__[0]) / "LANGUAGE.md").read_text("utf-8")
-    table = manual.partition("| driver | options | gives |\n")[2].partition("\n\n")[0]
+    table = whole_manual().partition("| driver | options | gives |\n")[2].partition("\n\n")[0]
     rows = [re.match(r"\| `(\w+)` \|", line) for line in table.splitlines()[1:]]
     names = {row[1] for row in rows if row}
     assert len(names) >= 7

@@ -307,26 +307,18 @@ def clear_chapters() -> None:
     chapters._topics.cache_clear()
 
 
-def test_chapters_of_the_manual(monkeypatch):
-    text = (
-        "# The language\n\n## Contents\n\n- [Units](#units)\n\n## Wide bonds\n\n"
-        "A *wide* bond ([units](#units)) of `n`.\n\n| a | b |\n|---|---|\n| `1` | 2\\|3 |\n"
-        "After.\n\n### Slices\n\n- one\n  more\n- two\n\n```bg model\nx : J1;\n\ny : J1;\n```\n\n"
-        "## Units\n\nU.\n"
+def test_chapters_of_the_manual(monkeypatch, tmp_path):
+    (tmp_path / "manual").mkdir()
+    (tmp_path / "LANGUAGE.md").write_text(
+        "# The language\n\n1. [Wide bonds](manual/wide.md)\n2. [Units](manual/units.md)\n"
     )
-
-    class File:
-        def is_file(self) -> bool:
-            return True
-
-        def read_text(self, encoding: str) -> str:
-            return text
-
-    class Folder:
-        def __truediv__(self, name: str) -> File:
-            return File()
-
-    monkeypatch.setattr(chapters.resources, "files", lambda package: Folder())
+    (tmp_path / "manual/wide.md").write_text(
+        "# Wide bonds\n\nA *wide* bond ([units](units.md)) of `n`.\n\n"
+        "| a | b |\n|---|---|\n| `1` | 2\\|3 |\nAfter.\n\n"
+        "## Slices\n\n- one\n  more\n- two\n\n```bg model\nx : J1;\n\ny : J1;\n```\n"
+    )
+    (tmp_path / "manual/units.md").write_text("# Units\n\nU.\n")
+    monkeypatch.setattr(chapters.resources, "files", lambda package: tmp_path)
     clear_chapters()
     try:
         assert list(chapters.GROUP.summaries()) == ["wide-bonds", "units"]

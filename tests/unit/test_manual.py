@@ -27,6 +27,7 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
+from manual import FOLDER, INDEX, ROOT, chapter_files, whole_manual
 
 import bgc
 from bgc.building.backends import BACKENDS
@@ -42,8 +43,6 @@ from bgc.runtime.running.methods import known_methods
 from bgc.values import units
 from bgc.values.functions import BUILTINS
 
-ROOT = Path(__file__).parents[2]
-MANUAL = ROOT / "grammar" / "LANGUAGE.md"
 FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SCENE = re.compile(r"^scene (\w+)", re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -74,10 +73,12 @@ def blocks(path: Path) -> Iterator[Block]:
     for found in FENCE.finditer(text):
         language, *words = found[1].split() or [""]
         line = text.count("\n", 0, found.start()) + 1
-        yield Block(f"{path.name}:{line}", language, tuple(words), found[2])
+        place = f"{path.parent.name}/{path.name}:{line}"
+        yield Block(place, language, tuple(words), found[2])
 
 
-ALL = [*blocks(MANUAL), *blocks(ROOT / "README.md")]
+IN_MANUAL = [block for path in chapter_files() for block in blocks(path)]
+ALL = [*IN_MANUAL, *blocks(ROOT / "README.md")]
 
 
 def of(*languages: str) -> list[Block]:
@@ -183,7 +184,7 @@ def test_command_prints_what_is_shown(block):
 
 
 @pytest.mark.parametrize(
-    "block", [b for b in of("python") if "LANGUAGE" in b.place], ids=lambda b: b.place
+    "block", [b for b in IN_MANUAL if b.language == "python"], ids=lambda b: b.place
 )
 def test_python_runs(block):
     exec(compile(block.text, block.place, "exec"), {})
@@ -192,9 +193,8 @@ def test_python_runs(block):
 # --- everything is there, and can be found ------------------------------------------------
 
 
-def headings() -> list[tuple[int, str]]:
-    text = FENCE.sub("", MANUAL.read_text("utf-8"))
-    found = re.findall(r"^(#{2,3}) (.+)$", text, re.MULTILINE)
+def headings(text: str) -> list[tuple[int, str]]:
+    found = re.findall(r"^(#{1,3}) (.+)$", FENCE.sub("", text), re.MULTILINE)
     return [(len(marks), title) for marks, title in found]
 
 
@@ -203,31 +203,49 @@ def anchor(title: str) -> str:
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
-def test_every_link_leads_to_a_heading():
-    anchors = [anchor(title) for _, title in headings()]
-    links = re.findall(r"\]\(#([^)]+)\)", MANUAL.read_text("utf-8"))
-    assert sorted({*links} - {*anchors}) == []
-    assert [a for a in links if anchors.count(a) > 1] == [], "GitHub numbers anchors that repeat"
+def anchors(path: Path) -> list[str]:
+    return [anchor(title) for _, title in headings(path.read_text("utf-8"))]
 
 
-def test_the_contents_list_every_chapter():
-    text = MANUAL.read_text("utf-8")
-    contents = text.partition("## Contents")[2].partition("\n## ")[0]
-    listed = re.findall(r"^\d+\. \[(.+)\]\(#", contents, re.MULTILINE)
-    assert listed == [t for level, t in headings() if level == 2 and t != "Contents"]
+@pytest.mark.parametrize("path", [INDEX, *chapter_files()], ids=lambda path: path.stem)
+def test_every_link_leads_to_a_file_or_a_heading(path):
+    text = re.sub("`[^`]*`", "", FENCE.sub("", path.read_text("utf-8")))
+    links = re.findall(r"\]\((?!https?:)([^()#\s]*)(?:#([^()\s]+))?\)", text)
+    for name, at in links:
+        target = (path.parent / name).resolve() if name else path
+        assert target.is_file(), name
+        assert not at or anchors(target).count(at) == 1, f"{name}#{at}"
+
+
+def test_the_index_lists_every_chapter():
+    assert {*chapter_files()} == {*FOLDER.glob("*/*.md")}
+    listed = re.findall(r"^\d+\. \[(.+)\]\(", INDEX.read_text("utf-8"), re.MULTILINE)
+    titles = [headings(path.read_text("utf-8"))[0] for path in chapter_files()]
+    assert titles == [(1, title) for title in listed]
+
+
+def test_chapters_and_their_sections_have_different_titles():
+    """So that `bgc doc TITLE` finds one."""
+    found = [t for path in chapter_files() for n, t in headings(path.read_text("utf-8")) if n < 3]
+    assert sorted(t for t in {*found} if found.count(t) > 1) == []
+
+
+def test_chapters_are_short():
+    for path in chapter_files():
+        assert len(path.read_text("utf-8").split()) <= 6_000, path.name
 
 
 def test_each_row_of_a_table_has_as_many_cells_as_its_head():
-    text = FENCE.sub("", MANUAL.read_text("utf-8"))
+    text = FENCE.sub("", whole_manual())
     for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
         assert len({row.count("|") for row in table.splitlines()}) == 1, table
 
 
 def findable() -> set[str]:
     """The words in code marks of headings and of first columns of tables."""
-    text = FENCE.sub("", MANUAL.read_text("utf-8"))
+    text = FENCE.sub("", whole_manual())
     rows = re.findall(r"^\| ([^|]*) \|", text, re.MULTILINE)
-    cells = [*rows, *(title for _, title in headings())]
+    cells = [*rows, *(title for _, title in headings(text))]
     code = [part for cell in cells for part in re.findall(r"`([^`]+)`", cell)]
     return {word for part in code for word in [part, *part.split()[:1]]}
 
@@ -255,7 +273,7 @@ def test_everything_has_a_heading_or_a_row(names):
 
 def table_after(heading: str) -> list[list[str]]:
     """The cells of the first table after a heading or a line, its head left out."""
-    after = MANUAL.read_text("utf-8").partition(f"\n{heading}")[2]
+    after = whole_manual().partition(f"\n{heading}")[2]
     rows = re.search(r"(?:^\|.*\n)+", after, re.MULTILINE)
     assert rows is not None
     cut = [re.split(r" ?\| ?", line.strip("|").strip()) for line in rows[0].splitlines()]
@@ -263,7 +281,7 @@ def table_after(heading: str) -> list[list[str]]:
 
 
 def test_methods_are_listed_with_their_steps_and_orders():
-    listed = {row[0].strip("`"): (row[1], row[2]) for row in table_after("## Solvers")}
+    listed = {row[0].strip("`"): (row[1], row[2]) for row in table_after("# Solvers")}
     for method in known_methods():
         steps = "fixed" if method.fixed else "adaptive"
         assert listed[method.name] == (steps, str(method.order))
@@ -271,7 +289,7 @@ def test_methods_are_listed_with_their_steps_and_orders():
 
 def modules_listed() -> list[str]:
     """The modules of the library that the manual lists."""
-    return [name for row in table_after("### `import`") for name in re.findall("`(.*?)`", row[0])]
+    return [name for row in table_after("## `import`") for name in re.findall("`(.*?)`", row[0])]
 
 
 def test_every_module_of_the_library_is_listed():
@@ -290,7 +308,7 @@ def library_models():
 
 
 @pytest.mark.parametrize(
-    "row", table_after("### Bodies and joints of the library"), ids=lambda row: row[0]
+    "row", table_after("## Bodies and joints of the library"), ids=lambda row: row[0]
 )
 def test_parts_of_the_library_have_what_is_listed(row):
     models = library_models()
@@ -301,7 +319,7 @@ def test_parts_of_the_library_have_what_is_listed(row):
         assert {name for names in listed for name in names} <= have
 
 
-@pytest.mark.parametrize("row", table_after("### How a unit is written"), ids=lambda row: row[0])
+@pytest.mark.parametrize("row", table_after("## How a unit is written"), ids=lambda row: row[0])
 def test_units_shown_as_wrong_are_refused(row):
     wrong = row[0].strip("`")
     Path("block.bg").write_text(f"model M {{ const x = 1; state y = {wrong}; der(y) = 0; }}")
@@ -309,7 +327,7 @@ def test_units_shown_as_wrong_are_refused(row):
 
 
 @pytest.mark.parametrize(
-    "row", table_after("### Laws of transformers and gyrators"), ids=lambda row: row[0]
+    "row", table_after("## Laws of transformers and gyrators"), ids=lambda row: row[0]
 )
 def test_laws_of_two_ports_have_the_ratio_shown(row):
     law, ratio = row[0].strip("`"), row[2].replace("'", "")
@@ -326,7 +344,7 @@ def test_laws_of_two_ports_have_the_ratio_shown(row):
 
 
 def test_every_code_that_is_named_has_a_page():
-    text = MANUAL.read_text("utf-8")
+    text = whole_manual()
     ranges = re.findall(r"BG(\d{3}) - BG(\d{3})", text)
     named = {*re.findall(r"BG\d{3}", text)} - {f"BG{end}" for pair in ranges for end in pair}
     assert sorted(named - pages().keys()) == []
@@ -335,15 +353,17 @@ def test_every_code_that_is_named_has_a_page():
 
 
 def test_the_reserved_words_are_those_of_the_grammar():
-    chapter = MANUAL.read_text("utf-8").partition("### Reserved words")[2].partition("\n#")[0]
+    chapter = whole_manual().partition("## Reserved words")[2].partition("\n#")[0]
     everywhere, in_scenes, _ = re.split(r"\n(?=[A-Z])", chapter.strip())
     assert set(re.findall(r"`(\w+)`", everywhere)) == RESERVED
     assert set(re.findall(r"`(\w+)`", in_scenes.partition(":")[2])) == SCENE_WORDS
 
 
 def test_the_manual_is_in_the_package():
-    packaged = resources.files("bgc.grammar").joinpath("LANGUAGE.md")
-    assert packaged.read_text("utf-8") == MANUAL.read_text("utf-8")
+    packaged = resources.files("bgc.grammar")
+    for path in (INDEX, *chapter_files()):
+        name = path.relative_to(INDEX.parent).as_posix()
+        assert packaged.joinpath(name).read_text("utf-8") == path.read_text("utf-8")
 
 
 def test_examples_of_the_studies_are_of_files_and_names_of_the_manual(folder) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
+from manual import chapter_files
 
 from bgc.diagnostics import catalogue
 from bgc.diagnostics.catalogue.pages import find_page, pages
@@ -61,6 +62,7 @@ def texts_that_name_commands() -> list[Path]:
     return [
         *topics,
         *(ROOT / name for name in ("README.md", "grammar/LANGUAGE.md", "tests/README.md")),
+        *chapter_files(),
         *(ROOT / "library/examples").glob("*.md"),
     ]
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from held import DAMPING, SCENE, STIFFNESS, Bench, prepare
+from manual import whole_manual
 from rich.console import Console
 
 import bgc
@@ -364,10 +365,8 @@ def test_a_reader_that_is_gone_does_not_stop_the_loop(bench: Bench) -> None:
 
 
 def test_the_manual_names_twenty_faults_and_their_tests() -> None:
-    manual = (Path(bgc.grammar.__path__[0]) / "LANGUAGE.md").read_text("utf-8")
-    table = manual.partition("| fault | answer | message | status | test |\n")[2].partition("\n\n")[
-        0
-    ]
+    head = "| fault | answer | message | status | test |\n"
+    table = whole_manual().partition(head)[2].partition("\n\n")[0]
     rows = [line.strip("| ").split(" | ") for line in table.splitlines()[1:]]
     texts = [path.read_text("utf-8") for path in Path(__file__).parent.glob("test_*.py")]
     assert len(rows) >= 20

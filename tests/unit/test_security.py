@@ -17,6 +17,7 @@ import aiohttp
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from manual import chapter_named
 from processes import started
 from view_server import address, home, serving
 
@@ -33,7 +34,6 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.running.devices import _located
 from bgc.runtime.view.server import Server
 
-MANUAL = Path(__file__).parents[2] / "grammar" / "LANGUAGE.md"
 PROMISED: set[str] = set()
 
 _Test = TypeVar("_Test", bound=Callable[..., None])
@@ -46,8 +46,8 @@ def promise(sentence: str) -> Callable[[_Test], _Test]:
 
 
 def sentences() -> set[str]:
-    """The items of the lists of the chapter, each on one line."""
-    chapter = MANUAL.read_text("utf-8").split("\n## Security\n")[1].split("\n## ")[0]
+    """The items of the lists of the chapter, each on one line and without its links."""
+    chapter = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", chapter_named("reference/security"))
     items = re.findall(r"^- (.+(?:\n  .+)*)", chapter, re.MULTILINE)
     return {" ".join(item.split()) for item in items}
 
@@ -480,7 +480,7 @@ def test_the_cache_is_bounded(cached, monkeypatch):
 ELSEWHERE = {
     "A file is written whole or not at all: an interrupted or killed command leaves the earlier "
     "file of that name.": "test_security.py::test_a_file_is_written_whole_or_not_at_all",
-    "The rows of a [long run](#long-runs) replace an earlier file when the run begins, and can be "
+    "The rows of a long run replace an earlier file when the run begins, and can be "
     "read at any time.": "test_row_files.py::test_a_killed_process_leaves_a_readable_archive",
     "After Ctrl-C, SIGTERM or SIGHUP, `bgc run` writes the rows up to there, also where the "
     "terminal is gone.": "test_streams.py::test_a_terminal_that_is_closed_keeps_the_rows",
