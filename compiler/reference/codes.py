@@ -1,16 +1,12 @@
-"""Diagnostics as entries of the reference: the pages of their constructors."""
+"""Diagnostics as entries of the reference: their pages."""
 
 from __future__ import annotations
 
-import re
 from functools import cache
 
 from bgc.diagnostics.catalogue.pages import find_page, near_pages, pages, topics
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Entry, Group, paragraphs
-
-# A labelled part begins a paragraph, whether or not the page has an empty line before it.
-_PART = re.compile(r"\n+(?=(?:Why|Example|Way out): )")
 
 
 def _entry(code: str) -> Entry:
@@ -18,7 +14,7 @@ def _entry(code: str) -> Entry:
     assert page is not None, code
     title, _, body = page.partition("\n")
     name, _, summary = title.partition(": ")
-    return Entry("diagnostic", name, summary, paragraphs(_PART.sub("\n\n", body)))
+    return Entry("diagnostic", name, summary, paragraphs(body))
 
 
 def _others(text: str) -> tuple[Entry, ...]:

@@ -1,16 +1,12 @@
-"""Files and settings: how they are read, what is refused, and the page of each diagnostic."""
+"""Files and settings: how they are read and what is refused."""
 
 from __future__ import annotations
 
-import re
-from inspect import getdoc, getmembers, isfunction
 from pathlib import Path
 
 import pytest
 from parsed import show, wrong
 
-from bgc.diagnostics.catalogue import files as wrong_files
-from bgc.diagnostics.catalogue import syntax as wrong_syntax
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
 from bgc.grammar import files
@@ -109,18 +105,3 @@ def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_save_of_bondgraphtools_is_recognised() -> None:
     text = "version: 0.1\nroot: RLC\nmodels:\n  RLC:\n    components:\n      R1:\n"
     assert wrong(text) == [("BG006", "version: 0.1")]
-
-
-@pytest.mark.parametrize("module", [wrong_syntax, wrong_files], ids=["syntax", "files"])
-def test_every_diagnostic_has_a_page(module: object) -> None:
-    makers = [
-        maker
-        for name, maker in getmembers(module, isfunction)
-        if maker.__module__ == module.__name__ and not name.startswith("_")  # type: ignore[attr-defined]
-    ]
-    pages = [getdoc(maker) or "" for maker in makers]
-    for page in pages:
-        assert re.match(
-            r"BG[01]\d\d: [^\n]+\n\nWhat: .*\nWhy: .*\nExample: .*\nWay out: ", page, re.S
-        )
-    assert len({page[:5] for page in pages}) == len(pages)

@@ -64,6 +64,7 @@ def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
         for path in (ROOT / folder).rglob("*"):
             if path.suffix in COVERED:
                 assert path in covered, path
+    assert {*(ROOT / "compiler/diagnostics").rglob("*.md")} <= covered
     assert ROOT / "library" / "README.md" in covered
     assert {ROOT / "grammar" / "LANGUAGE.md", *chapter_files()} <= covered
 

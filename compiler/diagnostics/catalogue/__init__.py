@@ -1,8 +1,8 @@
 """Every diagnostic of the compiler, one constructor function each, by topic.
 
-The docstring of a constructor is the page that `bgc doc CODE` prints: a first line
-`CODE: title`, then the paragraphs What, Why, Example and Way out. A message is lower case,
-without a full stop, and in the user's terms; `help` is the way out, an imperative.
+`laws.md` holds the pages of `laws.py`: below the heading `## CODE: title` the paragraphs What, Why,
+Example and Way out, which `bgc doc CODE` prints. A message is lower case, without a full stop, and
+in the user's terms; `help` is the way out, an imperative.
 """
 
 from __future__ import annotations

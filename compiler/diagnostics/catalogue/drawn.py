@@ -10,16 +10,7 @@ from bgc.diagnostics.source import Span
 
 
 def unknown_shape(span: Span, name: str, kinds: Iterable[str]) -> Diagnostic:
-    """BG492: a shape that does not exist
-
-    What: the word after `shape` is not the name of a shape.
-
-    Why: a viewer can draw `box cylinder sphere capsule mesh rope arrow sea handle`.
-
-    Example: `shape cube(1 m, 1 m, 1 m);`
-
-    Way out: `shape box(1 m, 1 m, 1 m);`
-    """
+    """BG492: a shape that does not exist"""
     kinds = list(kinds)
     return error(
         "BG492",
@@ -31,46 +22,17 @@ def unknown_shape(span: Span, name: str, kinds: Iterable[str]) -> Diagnostic:
 
 
 def shape_arguments(span: Span, what: str, form: str) -> Diagnostic:
-    """BG493: wrong arguments of a shape
-
-    What: an argument of a shape is missing, unknown, given twice, or one too many.
-
-    Why: each shape has its own arguments. A cylinder or capsule `from a to b` is as long as its
-    ends are apart, so it takes no length.
-
-    Example: `shape sphere(1 m, 2 m);`
-
-    Way out: `shape sphere(1 m);`. `bgc doc shapes` lists the arguments.
-    """
+    """BG493: wrong arguments of a shape"""
     return error("BG493", what, span, help=f"write `shape {form}`")
 
 
 def shape_place(span: Span, what: str, help: str) -> Diagnostic:
-    """BG494: a shape in a place that is not a frame
-
-    What: a shape stands at something that has no position, or needs `from .. to` and lacks it.
-
-    Why: a shape stands at a frame (a port, a 1-junction or a part whose domain carries `r[3]` and
-    `A[3, 3]`) or at an offset from the frame of its part. A rope needs two ends.
-
-    Example: `shape rope(20 mm);`
-
-    Way out: `shape rope(20 mm) from boom.tip to hook;`
-    """
+    """BG494: a shape in a place that is not a frame"""
     return error("BG494", what, span, help=help)
 
 
 def unknown_colour(span: Span, text: str, known: Sequence[str]) -> Diagnostic:
-    """BG495: a colour that cannot be read
-
-    What: the text after `colour` is neither the name of a colour nor `#rrggbb`.
-
-    Why: all viewers draw the same colours.
-
-    Example: `shape sphere(1 m) colour "#f00";`
-
-    Way out: `shape sphere(1 m) colour "#ff0000";`, or `colour "red"`.
-    """
+    """BG495: a colour that cannot be read"""
     return error(
         "BG495",
         f'"{text}" is not a colour',
@@ -82,17 +44,7 @@ def unknown_colour(span: Span, text: str, known: Sequence[str]) -> Diagnostic:
 
 
 def mesh_file(span: Span, text: str, reason: str) -> Diagnostic:
-    """BG496: a mesh that cannot be used
-
-    What: the file of a mesh does not exist beside the model, or is of another kind.
-
-    Why: a viewer reads the formats `.glb`, `.gltf`, `.stl` and `.obj`. The path is relative to the
-    file with the shape.
-
-    Example: `shape mesh("hull.blend");`
-
-    Way out: export the mesh as `hull.glb`, and write `shape mesh("hull.glb");`
-    """
+    """BG496: a mesh that cannot be used"""
     return error(
         "BG496",
         f'the mesh "{text}" {reason}',
@@ -102,17 +54,7 @@ def mesh_file(span: Span, text: str, reason: str) -> Diagnostic:
 
 
 def axes_turn(span: Span) -> Diagnostic:
-    """BG497: the axes of a shape are not a rotation
-
-    What: the matrix after `at offset,` is not a rotation matrix.
-
-    Why: it turns the axes of the shape into those of its frame: its columns are unit vectors at
-    right angles, and right-handed. Another matrix would stretch or mirror the shape.
-
-    Example: `shape box(1 m, 1 m, 2 m) at [0, 0, 0], diag([1, 1, 2]);`
-
-    Way out: make it with `rot_x`, `rot_y`, `rot_z` or `basis(axis)` of `mechanics.frame`.
-    """
+    """BG497: the axes of a shape are not a rotation"""
     return error(
         "BG497",
         "the axes of a shape have to be a rotation matrix",
@@ -122,16 +64,7 @@ def axes_turn(span: Span) -> Diagnostic:
 
 
 def size_of_shape(span: Span, what: str, value: float) -> Diagnostic:
-    """BG498: a shape of no size
-
-    What: a length of a shape is zero or negative.
-
-    Why: the shape would be invisible or turned inside out.
-
-    Example: `shape sphere(-0.5 m);`
-
-    Way out: give a positive length.
-    """
+    """BG498: a shape of no size"""
     return error(
         "BG498",
         f"{what} must be positive, not {value:g} m",
@@ -141,17 +74,7 @@ def size_of_shape(span: Span, what: str, value: float) -> Diagnostic:
 
 
 def shape_without_pose(span: Span, name: str) -> Diagnostic:
-    """BG499: a shape whose pose is not known (a warning)
-
-    What: a shape is left out of the recorded shapes.
-
-    Why: no part upstream on the bond writes the position and orientation of its frame. The powers
-    of the model do not need them, but a picture does.
-
-    Example: a `Beam` whose `base` hangs on a source of twist instead of a `Ground`.
-
-    Way out: let the part at the beginning of the chain write `r` and `A` of its port.
-    """
+    """BG499: a shape whose pose is not known (a warning)"""
     return warning(
         "BG499",
         f"the shape `{name}` is not recorded: nothing gives its frame a position",

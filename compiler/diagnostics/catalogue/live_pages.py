@@ -9,18 +9,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 
 
 def page_without_graph(bonds: int, most: int) -> Diagnostic:
-    """BG544: a page has no bond graph, since it is too large
-
-    What: the model has more bonds than a page draws. The page runs the model, but `G` shows no bond
-    graph.
-
-    Why: a drawing of thousands of bonds takes minutes to lay out, and cannot be read.
-
-    Example: `bgc build chain.bg --target html` of a chain of 1,000 masses, with 6,000 bonds.
-
-    Way out: none is needed for the run. For its graph, build a page of a part of the model, or of
-    the same model with fewer parts.
-    """
+    """BG544: a page has no bond graph, since it is too large"""
     return info(
         "BG544",
         f"the page has no bond graph: the model has {bonds:,} bonds, and a page draws at most "
@@ -30,18 +19,7 @@ def page_without_graph(bonds: int, most: int) -> Diagnostic:
 
 
 def page_needs_zig() -> Diagnostic:
-    """BG545: a page with its model needs ziglang
-
-    What: the model of a page is compiled to WebAssembly by the C compiler of the Python package
-    `ziglang`, which is not installed.
-
-    Why: the C compiler of this machine makes programs for this machine only.
-
-    Example: `bgc build rlc.bg --target html` without `ziglang`.
-
-    Way out: `pip install "bgc-lang[zig]"`. `bgc view rlc.bg --export rlc.html` writes a recorded
-    run as one file without it.
-    """
+    """BG545: a page with its model needs ziglang"""
     return error(
         "BG545",
         "a page that runs its model needs the package `ziglang`, which is missing",
@@ -51,18 +29,7 @@ def page_needs_zig() -> Diagnostic:
 
 
 def page_not_compiled(compiler: str, output: str) -> Diagnostic:
-    """BG547: a model could not be compiled to WebAssembly
-
-    What: the C compiler failed on the source of a page's model.
-
-    Why: usually memory or disk space has run out, or the compiler could not write to its cache. The
-    first page takes longest: the compiler then builds the C library of WebAssembly.
-
-    Example: `bgc build crane.bg --target html` with a full disk.
-
-    Way out: remove the reason that the compiler gives. Where the package `ziglang` itself fails,
-    install it again.
-    """
+    """BG547: a model could not be compiled to WebAssembly"""
     lines = output.splitlines()
     if any(line.startswith("Traceback ") for line in lines):
         return error(
@@ -81,16 +48,7 @@ def page_not_compiled(compiler: str, output: str) -> Diagnostic:
 
 
 def solver_not_in_page(solver: str, methods: Sequence[str]) -> Diagnostic:
-    """BG548: a page cannot hold this solver
-
-    What: the scene's solver belongs to another package, and a page contains its solver.
-
-    Why: a page runs in a browser, where only what was compiled to WebAssembly exists.
-
-    Example: `solver cvode(rtol = 1e-8);` and `bgc build rlc.bg --target html`.
-
-    Way out: choose one of bgc's own methods in the scene, such as `solver rodas5p(rtol = 1e-8);`.
-    """
+    """BG548: a page cannot hold this solver"""
     names = ", ".join(f"`{name}`" for name in methods)
     return error(
         "BG548",

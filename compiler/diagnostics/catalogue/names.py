@@ -16,14 +16,7 @@ _AFTER_COMMENTS = re.compile(r"\ufeff?(?:[ \t]*//(?!/)[^\n]*\n)*(?:[ \t]*\n)*")
 
 
 def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
-    """BG200: a name declared twice
-
-    What: two declarations in the same place have the same name, or one repeats an imported name.
-    Why: the name is ambiguous.
-    Example: `mass : I(m); mass : C(c);`
-    Way out: rename one of them. A model that extends another cannot replace what it inherits: give
-    the inherited part other arguments instead.
-    """
+    """BG200: a name declared twice"""
     labels = [Label(first, "first declared here")] if first else []
     return error("BG200", f"`{name}` is declared twice", span, labels=labels, help="rename one")
 
@@ -45,14 +38,7 @@ def unknown_type(
     library: str | None = None,
     advice: str = "",
 ) -> Diagnostic:
-    """BG201: a type that is not declared
-
-    What: the name after the colon is not an element, model or interface visible in this file.
-    Why: a file sees its own declarations and those of the files and library modules that it
-    imports.
-    Example: `boom : Beem(length = 12 m);`
-    Way out: correct the name, or import the file that declares it.
-    """
+    """BG201: a type that is not declared"""
     # `advice` is that for a word of a textbook or of another tool, such as OneJunction.
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
@@ -74,14 +60,7 @@ def unknown_type(
 def unknown_domain(
     span: Span, name: str, candidates: Iterable[str], library: Mapping[str, str]
 ) -> Diagnostic:
-    """BG202: a domain that is not declared
-
-    What: the name after a port's colon is not a domain visible in this file.
-    Why: a domain gives a port its width, its units and the signals that it carries.
-    Example: `port tip out : Fram;`
-    Way out: correct the name, import the file that declares it, or omit the domain: the port then
-    takes it from its bonds. The message lists the domains of the library.
-    """
+    """BG202: a domain that is not declared"""
     candidates = list(candidates)
     help, edits = did_you_mean(name, candidates), respelt(span, name, candidates)
     if name in library:
@@ -96,39 +75,19 @@ def unknown_domain(
 
 
 def not_a_model(span: Span, name: str, what: str) -> Diagnostic:
-    """BG203: something other than a model where a model is needed
-
-    What: a scene, or a model after `is`, names something that is not a model.
-    Why: only a model can be run or extended; an interface only lists the members that a model must
-    have.
-    Example: `scene s of Frame { }` where Frame is a domain.
-    Way out: name a model.
-    """
+    """BG203: something other than a model where a model is needed"""
     return error("BG203", f"`{name}` is {what}, not a model", span, help="name a model")
 
 
 def inheritance_cycle(span: Span, names: Sequence[str]) -> Diagnostic:
-    """BG204: a model that extends itself
-
-    What: the chain of `is` from a model leads back to the model itself.
-    Why: the model would have infinitely many parts.
-    Example: `model A is B { } model B is A { }`
-    Way out: remove one `is`.
-    """
+    """BG204: a model that extends itself"""
     return error(
         "BG204", f"a model extends itself: {' is '.join(names)}", span, help="remove one `is`"
     )
 
 
 def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
-    """BG205: a model that contains itself endlessly
-
-    What: a model has a part of its own type, and the nesting never ends.
-    Why: the model would have infinitely many parts.
-    Example: `model Link { next : Link; }`
-    Way out: end the nesting with a dimension and a compile-time `if`: `model Link[n] { if n > 1 {
-    next : Link[n - 1]; } }`, or use an array of parts in a `for`.
-    """
+    """BG205: a model that contains itself endlessly"""
     return error(
         "BG205",
         f"`{name}` contains itself, {depth} levels deep",
@@ -139,13 +98,7 @@ def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
 
 
 def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> Diagnostic:
-    """BG206: the wrong number of dimensions
-
-    What: a type is used with more or fewer dimensions in brackets than its declaration has.
-    Why: `Lock[5]` sets the model's `n` to 5; each dimension needs one value.
-    Example: `lock : Lock[5, 2];` of `interface Lock[n]`
-    Way out: give as many dimensions as the declaration has.
-    """
+    """BG206: the wrong number of dimensions"""
     return error(
         "BG206",
         f"`{name}` takes {expected}, not {given}",
@@ -155,16 +108,7 @@ def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> Diagno
 
 
 def name_of_element(span: Span, name: str) -> Diagnostic:
-    """BG207: a model with the name of an element
-
-    What: a model, interface or domain has the name of a basic element: `R`, `C`, `J0`.
-
-    Why: all parts of that type would silently change their meaning.
-
-    Example: `model R { }`
-
-    Way out: choose another name. Values and parts may have these names: `param R = 2 ohm;`.
-    """
+    """BG207: a model with the name of an element"""
     return error(
         "BG207", f"`{name}` is the name of an element", span, help="give the model another name"
     )
@@ -174,13 +118,7 @@ def name_of_element(span: Span, name: str) -> Diagnostic:
 
 
 def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG210: a part, value or port that does not exist
-
-    What: the part has no member with the name after the dot.
-    Why: a path such as `crane.boom.mass` leads from a part to its members.
-    Example: `observe crane.bom.mass;`
-    Way out: correct the name; the model's declaration lists its members.
-    """
+    """BG210: a part, value or port that does not exist"""
     candidates = list(candidates)
     listing = ", ".join(f"`{c}`" for c in candidates[:12])
     near = did_you_mean(name, candidates) or (
@@ -193,14 +131,7 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
 def unknown_name(
     span: Span, name: str, candidates: Iterable[str], advice: str = "", otherwise: str = ""
 ) -> Diagnostic:
-    """BG211: a name that is not declared
-
-    What: a name in an expression, a chain or a path is not visible here.
-    Why: a model sees its own values, parts and ports, and the constants of its file. The members of
-    a part are reached by their path.
-    Example: `supply -> lop;`
-    Way out: correct the name, declare it, or give its path, for example `boom.mass`.
-    """
+    """BG211: a name that is not declared"""
     # `advice` is given instead of a similar name, `otherwise` where there is no similar name.
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
@@ -211,26 +142,13 @@ def unknown_name(
 
 
 def part_by_equals(span: Span, name: str, type_name: str) -> Diagnostic:
-    """BG241: a part declared with `=`
-
-    What: an undeclared name is given a type with `=`.
-    Why: `=` gives a value to a declared name; a part is declared by its name, a colon and its type.
-    Example: `damper = R(3 N*s/m);`
-    Way out: write `damper : R(3 N*s/m);`.
-    """
+    """BG241: a part declared with `=`"""
     return error("BG241", f"the part `{name}` is declared with `=`", span,
                  help=f"write `{name} : {type_name}(..);`")  # fmt: skip
 
 
 def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Diagnostic:
-    """BG212: an index that an array does not have
-
-    What: the array has no part with this index.
-    Why: indices run from 1 to the last part made. `mass[4] : I(m);` makes the single part
-    `mass[4]`, not four parts.
-    Example: `mass[0]`, or `mass[21]` of 20.
-    Way out: keep the index within the array; a `for` includes both ends of its range.
-    """
+    """BG212: an index that an array does not have"""
     at = ", ".join(str(i) for i in index)
     return error("BG212", f"`{name}[{at}]` does not exist: `{name}` has {have}", span,
                  help="use an index of the array: the first is 1; to make several parts use `for`, "
@@ -238,25 +156,12 @@ def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Dia
 
 
 def needs_index(span: Span, name: str, have: str) -> Diagnostic:
-    """BG213: an array of parts where one part is needed
-
-    What: an array of parts is used without an index.
-    Why: each part is bonded and read separately.
-    Example: `rail -> mass;` with parts `mass[1]` to `mass[20]`.
-    Way out: write an index; to use all parts, write a `for`.
-    """
+    """BG213: an array of parts where one part is needed"""
     return error("BG213", f"`{name}` needs an index: it is {have}", span, help=f"write `{name}[1]`")
 
 
 def defined_by_itself(span: Span, names: Sequence[str]) -> Diagnostic:
-    """BG214: a value that is defined in terms of itself
-
-    What: the definition of a value leads back to the value itself.
-    Why: no order exists in which to compute the values.
-    Example: `let a = b + 1; let b = a;`
-    Way out: break the circle: make one of them a `state` with its `der`, or an `unknown` with an
-    `equation`.
-    """
+    """BG214: a value that is defined in terms of itself"""
     return error(
         "BG214",
         f"a value is defined by itself: {' -> '.join(names)}",
@@ -266,14 +171,7 @@ def defined_by_itself(span: Span, names: Sequence[str]) -> Diagnostic:
 
 
 def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Diagnostic:
-    """BG218: a value that is not given
-
-    What: a `param` or `input` has neither a default nor an argument, or a `let`, `signal` or
-    `output` has no definition.
-    Why: the model cannot be computed without it.
-    Example: `model Beam { param length : m; }` used as `boom : Beam;`
-    Way out: give it where the part is made, `boom : Beam(length = 12 m);`, or write a default.
-    """
+    """BG218: a value that is not given"""
     way = {
         "param": f"give it where the part is made: `({name} = ..)`, or write a default",
         "const": f"give it where the part is made: `({name} = ..)`, or write its value",
@@ -287,13 +185,7 @@ def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Diagnostic
 
 
 def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
-    """BG220: a value given twice
-
-    What: an argument, a definition, a `set`, `use` or `drive` gives the same thing again.
-    Why: the two may contradict each other.
-    Example: `R(2 ohm, resistance = 3 ohm)`
-    Way out: remove one.
-    """
+    """BG220: a value given twice"""
     return error(
         "BG220",
         f"`{name}` is given twice",
@@ -309,14 +201,7 @@ def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
 def unknown_argument(
     span: Span, name: str, owner: str, candidates: Iterable[str], advice: str = ""
 ) -> Diagnostic:
-    """BG230: an argument that the type does not have
-
-    What: the name before `=` is not a parameter, input or slot of the model, or not an argument of
-    the element.
-    Why: arguments are matched by name.
-    Example: `Beam(lenght = 12 m)`
-    Way out: correct the name. A law of an element stands in braces: `C { e = k*q; }`.
-    """
+    """BG230: an argument that the type does not have"""
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
     listing = ", ".join(f"`{c}`" for c in candidates[:12])
@@ -336,15 +221,7 @@ def unknown_argument(
 
 
 def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG231: an argument for something that cannot be given
-
-    What: the argument names a `let`, a `signal`, a `state` or a plain part of the model.
-    Why: only parameters, constants, inputs and slots can be given from outside.
-    Example: `Pendulum(angle = 30 deg)` where `state angle = 0;`
-    Way out: give the parameter that determines it, such as `angle0` of a `Revolute`. Where there is
-    none, declare a `param` in the model and use it there: `param angle0 = 0; state angle =
-    angle0;`.
-    """
+    """BG231: an argument for something that cannot be given"""
     candidates = list(candidates)
     return error(
         "BG231",
@@ -360,19 +237,7 @@ def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str])
 def replaces_other_unit(
     span: Span, name: str, expected: str, found: str, default: Span
 ) -> Diagnostic:
-    """BG266: a value whose unit does not measure the quantity of the default
-
-    What: a `set`, `--set`, argument or `drive` has a unit of another kind than the default of the
-    parameter, constant or input.
-
-    Why: the unit of a default belongs to the declaration as if it were written after a colon.
-    The model was written for it, also where its equations contain no unit that would contradict.
-
-    Example: `param k = 3 N/m;` in a model, and `set k = 3 kg;` in a scene.
-
-    Way out: give a value in the unit of the default or a multiple of it, or a number alone, which
-    is taken in SI units. For a parameter that may have any unit, write its default without a unit.
-    """
+    """BG266: a value whose unit does not measure the quantity of the default"""
     return error(
         "BG266",
         f"`{name}` must be {expected} as its default is, not {found}",
@@ -383,13 +248,7 @@ def replaces_other_unit(
 
 
 def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG232: an argument without its name
-
-    What: an argument of a model has no name.
-    Why: only basic elements take an argument by position: `R(2 ohm)`.
-    Example: `boom : Beam(12 m);`
-    Way out: write the name: `boom : Beam(length = 12 m);`
-    """
+    """BG232: an argument without its name"""
     names = [f"`{c} = ..`" for c in list(candidates)[:6]]
     return error(
         "BG232",
@@ -400,13 +259,7 @@ def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Di
 
 
 def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
-    """BG238: a declaration that is not allowed in a `for`
-
-    What: a `param`, `state`, `input`, `output`, `unknown` or port is declared inside a `for`.
-    Why: each iteration would declare it again under the same name.
-    Example: `for i in 1..3 { state x = 0; }`
-    Way out: declare it before the loop with a dimension, `state x[3] = 0;`, and index it.
-    """
+    """BG238: a declaration that is not allowed in a `for`"""
     return error(
         "BG238",
         f"{with_article(kind)} cannot be declared inside `for`",
@@ -416,13 +269,7 @@ def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
 
 
 def too_many_ancestors(span: Span, most: int) -> Diagnostic:
-    """BG215: a model with too many ancestors
-
-    What: more than 100 models lie between a model and the first of its ancestors by `is`.
-    Why: each of them is read for each that extends it, and no person can follow that many.
-    Example: a file written by a program, in which each model extends the one before.
-    Way out: write what the models add as parts of one model, or as models in its slots.
-    """
+    """BG215: a model with too many ancestors"""
     return error(
         "BG215",
         f"this model has more than {most} ancestors by `is`",
@@ -432,19 +279,7 @@ def too_many_ancestors(span: Span, most: int) -> Diagnostic:
 
 
 def hides_parameter_of_file(span: Span, name: str, other: Span) -> Diagnostic:
-    """BG249: two parameters of one name, of the scene's model and of a file
-
-    What: the scene's model declares a parameter with the name of a parameter of a file that its
-    parts use.
-
-    Why: `set` and `--set` know both by this name, and would reach the model's alone.
-
-    Example: `param gravity = 1.62 m/s^2;` in a model with parts of the library, whose weights hold
-    the library's `gravity`.
-
-    Way out: remove the model's own and set the other in the scene, `set gravity = 1.62 m/s^2;`, or
-    rename the model's own.
-    """
+    """BG249: two parameters of one name, of the scene's model and of a file"""
     return error(
         "BG249",
         f"the model's `{name}` has the name of a parameter that its parts use",

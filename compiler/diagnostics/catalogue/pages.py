@@ -1,19 +1,11 @@
-"""The page of each diagnostic: the docstring of its constructor."""
+"""The page of each diagnostic: a section of the Markdown file of its topic, beside this module."""
 
 from __future__ import annotations
 
-import inspect
-import pkgutil
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
-from importlib import import_module
-from types import ModuleType
-
-from bgc.diagnostics import catalogue
-
-_CODE = re.compile(r"BG\d{3}")
-_BEFORE_TITLE = re.compile(r"(?:Diagnostics of|BG[\dx]+(?:-BG\d+)?:)\s+")
+from pathlib import Path
 
 
 def find_page(code: str) -> str | None:
@@ -23,16 +15,15 @@ def find_page(code: str) -> str | None:
 
 @cache
 def pages() -> Mapping[str, str]:
-    """Return all pages by code, in the order of the codes."""
+    """Return all pages by code, in the order of the codes; the first line is `CODE: title`."""
     return dict(sorted(item for _, found in topics() for item in found.items()))
 
 
 @cache
 def topics() -> tuple[tuple[str, Mapping[str, str]], ...]:
     """Return the topics in the order of their first codes: a title, and its pages by code."""
-    found = [(_title(topic), dict(sorted(_pages_of(topic)))) for topic in _modules()]
-    with_pages = ((title, some) for title, some in found if some)
-    return tuple(sorted(with_pages, key=lambda item: min(item[1])))
+    found = [read_topic(path) for path in Path(__file__).parent.glob("*.md")]
+    return tuple(sorted(found, key=lambda topic: min(topic[1])))
 
 
 def near_pages(text: str) -> dict[str, str]:
@@ -53,19 +44,8 @@ def near_pages(text: str) -> dict[str, str]:
     return {code: known[code] for code in sorted(close)}
 
 
-def _modules() -> Iterator[ModuleType]:
-    for module in pkgutil.iter_modules(catalogue.__path__):
-        yield import_module(f"{catalogue.__name__}.{module.name}")
-
-
-def _pages_of(topic: ModuleType) -> Iterator[tuple[str, str]]:
-    for _, constructor in inspect.getmembers(topic, inspect.isfunction):
-        page = inspect.getdoc(constructor) or ""
-        code = page.partition(":")[0]
-        if constructor.__module__ == topic.__name__ and _CODE.fullmatch(code):
-            yield code, page
-
-
-def _title(topic: ModuleType) -> str:
-    first = (topic.__doc__ or "").partition("\n")[0].rstrip(".")
-    return _BEFORE_TITLE.sub("", first)
+def read_topic(path: Path) -> tuple[str, Mapping[str, str]]:
+    """Read the file of a topic: its title, and the pages by code in their order."""
+    title, *sections = re.split(r"^## ", path.read_text("utf-8"), flags=re.MULTILINE)
+    by_code = {page.partition(":")[0]: page.strip() for page in sections}
+    return title.removeprefix("# ").strip(), dict(sorted(by_code.items()))

@@ -11,17 +11,7 @@ from bgc.diagnostics.source import Span
 
 
 def bad_pose(time: float, device: str) -> Diagnostic:
-    """BG762: a device gave a value that is not finite
-
-    What: a position, velocity, orientation or button of a device was NaN or infinite. The force
-    went to zero in the same period, and the loop ended; the state of the model is kept.
-
-    Why: a sensor or its cable failed, or the driver divides by zero.
-
-    Example: a driver that computes a velocity from two readings with the same time.
-
-    Way out: check the device with its maker's tools, then the driver.
-    """
+    """BG762: a device gave a value that is not finite"""
     return error(
         "BG762",
         f"device `{device}` gave a value that is not finite at t = {time:.9g} s; its force is zero",
@@ -30,18 +20,7 @@ def bad_pose(time: float, device: str) -> Diagnostic:
 
 
 def device_stuck(time: float, device: str, stale: float) -> Diagnostic:
-    """BG763: a device gives no new data
-
-    What: a device with motors gave no new measurement for some time. The last pose held until then;
-    the force went to zero, and the loop ended.
-
-    Why: the program of the device has stopped, or its cable or network is interrupted: the time
-    stamp no longer changes.
-
-    Example: the program that sends datagrams to the driver `udp` was stopped.
-
-    Way out: check the device, or allow more time with `--stale "0.5 s"`.
-    """
+    """BG763: a device gives no new data"""
     return error(
         "BG763",
         f"device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); "
@@ -51,18 +30,7 @@ def device_stuck(time: float, device: str, stale: float) -> Diagnostic:
 
 
 def too_late(time: float, missed: int, samples: int) -> Diagnostic:
-    """BG764: too many deadlines in a row were missed
-
-    What: the loop missed so many deadlines that a hand would feel a wrong force. The force went to
-    zero, and the loop ended.
-
-    Why: the model takes longer than a period, or other programs have the processor.
-
-    Example: a crane at 4 kHz on a busy machine without real-time priority.
-
-    Way out: a cheaper method (`bgc trade`), a longer step, real-time priority (see BG766), or
-    `--burst 0` to continue in any case.
-    """
+    """BG764: too many deadlines in a row were missed"""
     return error(
         "BG764",
         f"{missed:,} of {samples:,} deadlines were missed up to t = {time:.9g} s; "
@@ -73,19 +41,7 @@ def too_late(time: float, missed: int, samples: int) -> Diagnostic:
 
 
 def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
-    """BG765: the loop stopped responding
-
-    What: the loop took no sample for longer than the watchdog allows. The watchdog set the force to
-    zero. If the loop hung inside a call of the driver, no other thread may call the driver, and the
-    watchdog of the device itself has to act.
-
-    Why: a step of the model or a call of the driver did not return, or the process was stopped.
-
-    Example: a driver that waits for a network.
-
-    Way out: make the driver's `read` and `write` return at once; `--watchdog "0.5 s"` allows more
-    time.
-    """
+    """BG765: the loop stopped responding"""
     where = " in a call of a driver, which alone can set the force to zero" if in_driver else ""
     return error(
         "BG765",
@@ -96,17 +52,7 @@ def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
 
 
 def not_realtime(refused: Sequence[str]) -> Diagnostic:
-    """BG766: real-time priority or locked memory was refused
-
-    What: the loop runs, but other programs or the swapping of memory may delay it.
-
-    Why: the system grants SCHED_FIFO and locked memory only to users with the right to them.
-
-    Example: `bgc haptic` as a user for whom `ulimit -r` is 0.
-
-    Way out: write `/etc/security/limits.d/90-haptic.conf` with the lines `@haptic - rtprio 90` and
-    `@haptic - memlock unlimited`, join the group `haptic`, and log in again.
-    """
+    """BG766: real-time priority or locked memory was refused"""
     return warning(
         "BG766",
         f"{' and '.join(refused)} refused: other programs may delay the loop",
@@ -118,17 +64,7 @@ def not_realtime(refused: Sequence[str]) -> Diagnostic:
 def deadlines_missed(
     missed: int, samples: int, policy: str, effect: str, has_priority: bool
 ) -> Diagnostic:
-    """BG767: deadlines were missed
-
-    What: in some periods the work ended after the deadline. The overrun policy of the scene says
-    what happened then.
-
-    Why: the model takes too long, or other programs had the processor.
-
-    Example: `deadline 1 ms, hold;` on a busy machine.
-
-    Way out: real-time priority (BG766), a cheaper method (`bgc trade`), or a longer step.
-    """
+    """BG767: deadlines were missed"""
     return warning(
         "BG767",
         f"{missed:,} of {samples:,} deadlines missed, policy {policy}{effect}",
@@ -139,16 +75,7 @@ def deadlines_missed(
 
 
 def records_lost(count: int) -> Diagnostic:
-    """BG768: a recording has gaps, or ended early
-
-    What: records of the loop were lost, so that a replay will not have the same bits.
-
-    Why: the disk is full or slow, or the Python process was suspended. The loop itself went on.
-
-    Example: `--record /dev/full`.
-
-    Way out: record to a disk with room.
-    """
+    """BG768: a recording has gaps, or ended early"""
     return warning(
         "BG768",
         f"the recording lacks {count:,} samples: nobody took them in time",
@@ -166,33 +93,14 @@ def recording_ended(path: str, reason: str) -> Diagnostic:
 
 
 def cannot_start(reason: str) -> Diagnostic:
-    """BG769: the loop cannot start
-
-    What: the loop was refused before its first sample.
-
-    Why: the scene's step is shorter than 0.25 ms (4 kHz is the most), the method is that of another
-    program, or the system gave no thread.
-
-    Example: `step 0.1 ms;` with `bgc haptic`.
-
-    Way out: follow the reason given.
-    """
+    """BG769: the loop cannot start"""
     return error(
         "BG769", f"the loop cannot start: {reason}", help="change the scene or the option named"
     )
 
 
 def thread_left(seconds: float) -> Diagnostic:
-    """BG775: the loop did not end
-
-    What: the loop was asked to end and did not. Its thread is left behind until the process ends.
-
-    Why: a call of a driver does not return.
-
-    Example: a driver that waits for a network.
-
-    Way out: make the driver's `read` and `write` return at once; end the process.
-    """
+    """BG775: the loop did not end"""
     return error(
         "BG775",
         f"the loop did not end within {seconds:.3g} s: a call of its driver does not return",
@@ -201,17 +109,7 @@ def thread_left(seconds: float) -> Diagnostic:
 
 
 def unknown_policy(span: Span, given: str) -> Diagnostic:
-    """BG776: an overrun policy that does not exist
-
-    What: the word behind the deadline is not one of the policies.
-
-    Why: a loop that is late can leave periods out (`hold`), catch up (`skip`), or let simulated
-    time run slower (`slow`).
-
-    Example: `deadline 1 ms, wait;`.
-
-    Way out: write `deadline 1 ms, hold;`, `skip` or `slow`.
-    """
+    """BG776: an overrun policy that does not exist"""
     return error(
         "BG776",
         f"`{given}` is not an overrun policy",
@@ -222,18 +120,7 @@ def unknown_policy(span: Span, given: str) -> Diagnostic:
 
 
 def no_pointer(device: str | None, have: Sequence[str]) -> Diagnostic:
-    """BG777: no device takes a pose from Python
-
-    What: a pose was given to a loop in which no device, or more than one, has the driver `pointer`,
-    or to a device that has another driver.
-
-    Why: other drivers have poses of their own.
-
-    Example: `realtime.pointer(position=..)` with `device hand = trace(..)`.
-
-    Way out: open the device with that driver, `model.realtime(devices={"hand": "pointer"})`, and
-    name the device if there are several.
-    """
+    """BG777: no device takes a pose from Python"""
     if not have:
         text = "no device can take this pose: none has the driver `pointer`"
     elif device is None:
@@ -249,19 +136,7 @@ def no_pointer(device: str | None, have: Sequence[str]) -> Diagnostic:
 
 
 def python_device_failed(device: str, reason: str) -> Diagnostic:
-    """BG779: a device that is a Python object failed
-
-    What: `read` or `write` of the object raised an exception, or returned no pose. The loop was
-    stopped.
-
-    Why: see the reason.
-
-    Example: an object whose `read` returns None.
-
-    Way out: `read()` returns a mapping with `position` and, if it has them, `orientation`,
-    `velocity`, `angular_velocity`, `gripper`, `buttons`; `write(force, torque, gripper_force)` is
-    optional.
-    """
+    """BG779: a device that is a Python object failed"""
     return error(
         "BG779",
         f"device `{device}`, a Python object, failed: {reason}",
@@ -270,21 +145,7 @@ def python_device_failed(device: str, reason: str) -> Diagnostic:
 
 
 def not_passive(device: str, needed: float, damping: float, stiffness: float) -> Diagnostic:
-    """BG780: a loop that needs more damping than a hand and a device have
-
-    What: the force of the model on a device depends on its position so stiffly that the loop is
-    passive only with a damping b > K T/2 + |B| (with delay: as computed over all frequencies) that
-    the device does not have; where it states none, above 30 N s/m. No guard acts.
-
-    Why: a force that is held over a sample belongs to the position at which the hand was. The
-    energy that it returns beyond what it took must be damped by the hand, otherwise the loop
-    oscillates.
-
-    Example: a wall of 2000 N/m at 1 ms with a device of 0.5 N s/m: it needs 1 N s/m.
-
-    Way out: lower the stiffness, sample faster, or fill the slot of the coupling with
-    `SampledPort`, which pays for that energy, or `Observer`.
-    """
+    """BG780: a loop that needs more damping than a hand and a device have"""
     have = f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
     return warning(
         "BG780",
@@ -295,18 +156,7 @@ def not_passive(device: str, needed: float, damping: float, stiffness: float) ->
 
 
 def loop_grows(device: str, growth: float, period: float) -> Diagnostic:
-    """BG781: a loop that grows with the mass of its device
-
-    What: with the mass and the damping that a device states, the sampled loop of model and device,
-    as linearised at the start, has a motion that grows.
-
-    Why: the stiffness is above the limit for the masses of device and model at this period and lag:
-    the parameters were changed after compiling, or the device is lighter than the model says.
-
-    Example: a sampled port of 20000 N/m, compiled for a device of 0.25 kg, with one of 0.03 kg.
-
-    Way out: lower the stiffness, or give the port the mass and the lag of the device.
-    """
+    """BG781: a loop that grows with the mass of its device"""
     rate = (growth - 1.0) / period
     return warning(
         "BG781",
@@ -316,19 +166,7 @@ def loop_grows(device: str, growth: float, period: float) -> Diagnostic:
 
 
 def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) -> Diagnostic:
-    """BG782: a sampled port behind a network that it does not know
-
-    What: a device states a delay of more samples than the `lag` of the model's sampled port, or a
-    device with a delay does not send back the work of the force that it held.
-
-    Why: the damping K T (lag + 1) of the port compensates the delay, so it needs the longest one.
-    Its energy account is exact for the force that the hand held; with a delay, that is not the
-    force that was sent last.
-
-    Example: `device hand = udp(port = 5005, lag = 40);` and a coupling with `lag = 0`.
-
-    Way out: set the port's `lag` to that of the device; send poses of version 2, with the work.
-    """
+    """BG782: a sampled port behind a network that it does not know"""
     what = (
         f"has a delay of {lag} samples, the sampled port `{port}` a lag of {known:g}"
         if lag > known
@@ -344,19 +182,7 @@ def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) ->
 
 
 def lag_exceeded(device: str, lag: float, late: int, samples: int) -> Diagnostic:
-    """BG783: a device answered later than it states
-
-    What: a device measures how old the pose is that its force answers, and in some samples that was
-    more than the `lag` that it states. The loop went on.
-
-    Why: the network is slower, loses more packets in a row or delays them more than was assumed.
-    The damping K T (lag + 1) of a sampled port compensates the lag that it was given. Beyond that
-    lag the energy is still accounted exactly, and the brake of the port removes the excess.
-
-    Example: `device hand = udp(port = 5005, lag = 5);` behind a link of 20 ms.
-
-    Way out: state the largest lag that was measured, in the device and in the port.
-    """
+    """BG783: a device answered later than it states"""
     return warning(
         "BG783",
         f"`{device}` answered up to {lag:.3g} samples late, in {late:,} of {samples:,} samples "

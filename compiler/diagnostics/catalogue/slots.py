@@ -10,14 +10,7 @@ from bgc.diagnostics.source import Span
 
 
 def slot_not_filled(span: Span, name: str, interface: str, models: Sequence[str]) -> Diagnostic:
-    """BG233: a slot without a model in it
-
-    What: a part's type is an interface, and no model is chosen for it.
-    Why: an interface only lists the members that a model must have.
-    Example: `lock : Lock[5];`
-    Way out: write a default, `lock : Lock[5] = Rigid[5];`, give an argument, or write `use` in the
-    scene.
-    """
+    """BG233: a slot without a model in it"""
     fitting = ", ".join(f"`{m}`" for m in models[:8])
     return error(
         "BG233",
@@ -29,13 +22,7 @@ def slot_not_filled(span: Span, name: str, interface: str, models: Sequence[str]
 
 
 def does_not_fit(span: Span, model: str, interface: str, models: Sequence[str]) -> Diagnostic:
-    """BG234: a model that does not fit its slot
-
-    What: the model given for a slot is not declared to be the slot's interface.
-    Why: the users of a slot rely on the members that its interface lists.
-    Example: `use crane.elbow.lock = Beam;`
-    Way out: use a model that `is` the interface, or declare that this one is.
-    """
+    """BG234: a model that does not fit its slot"""
     fitting = ", ".join(f"`{m}`" for m in models[:8])
     return error(
         "BG234",
@@ -48,14 +35,7 @@ def does_not_fit(span: Span, model: str, interface: str, models: Sequence[str]) 
 
 
 def not_a_slot(span: Span, name: str, what: str) -> Diagnostic:
-    """BG235: `use` of something that is not a slot
-
-    What: `use` names a part or value that is not a slot.
-    Why: a slot is a part declared with an interface, or with a default after `=`; only a slot can
-    be filled.
-    Example: `use crane.boom = Beam;` where `boom : Beam(..);`
-    Way out: declare the part as a slot: `boom : Link = Beam(..);`; for a number use `set`.
-    """
+    """BG235: `use` of something that is not a slot"""
     return error(
         "BG235",
         f"`{name}` is {what}, not a slot",
@@ -67,13 +47,7 @@ def not_a_slot(span: Span, name: str, what: str) -> Diagnostic:
 def interface_misses(
     span: Span, model: str, interface: str, missing: str, place: Span
 ) -> Diagnostic:
-    """BG236: a model without a member of its interface
-
-    What: the model `is` an interface, but lacks one of its members.
-    Why: the users of a slot rely on the members that its interface lists.
-    Example: `interface Lock[n] { port p[n]; output d[n]; }` and a model without `d`.
-    Way out: add the member, or remove the `is`.
-    """
+    """BG236: a model without a member of its interface"""
     return error(
         "BG236",
         f"`{model}` is declared to be a `{interface}`, but has no {missing}",
@@ -84,15 +58,7 @@ def interface_misses(
 
 
 def statement_in_interface(span: Span, interface: str) -> Diagnostic:
-    """BG265: a statement in an interface
-
-    What: an interface holds a statement that is not a declaration: a bond, an equation, an
-    `assert`, a shape, a loop.
-    Why: an interface only lists members. A model that is declared to be one takes nothing from it,
-    so the statement would have no effect.
-    Example: `interface Load { port frame in : Frame; shape sphere(1 m); }`
-    Way out: move the statement to the models of the interface.
-    """
+    """BG265: a statement in an interface"""
     return error(
         "BG265",
         f"the interface `{interface}` takes declarations only",
@@ -102,13 +68,7 @@ def statement_in_interface(span: Span, interface: str) -> Diagnostic:
 
 
 def type_expected(span: Span, slot: str) -> Diagnostic:
-    """BG237: something other than a type given to a slot
-
-    What: the argument or `use` of a slot is an expression.
-    Why: only a model can fill a slot.
-    Example: `elbow : Revolute(lock = 3);`
-    Way out: name a model: `lock = Rigid[5]`.
-    """
+    """BG237: something other than a type given to a slot"""
     return error(
         "BG237",
         f"`{slot}` is a slot and takes a model",

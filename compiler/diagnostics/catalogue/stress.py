@@ -7,19 +7,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 
 
 def not_a_drive(text: str) -> Diagnostic:
-    """BG087: an invalid `--drive`
-
-    What: the text after `--drive` does not name a quantity and its values.
-
-    Why: the name, the `=` or the range is missing, the range does not increase, or no parameter
-    matches the name.
-
-    Example: `--drive stiffness`.
-
-    Way out: write `--drive "k=1e3..1e14 N/m"` for decades, `"k=1 N/m..2 N/m:5"` for five values, or
-    `"k=1 N/m, 5 N/m"`. Besides parameters, `step`, `rtol` and `time` can be driven. A `*` in a name
-    matches any text: `"*.lock.stiffness=1e3..1e14 N/m"` drives all matching parameters together.
-    """
+    """BG087: an invalid `--drive`"""
     return error(
         "BG087",
         f"`{text}` is not a valid `--drive`",
@@ -28,16 +16,7 @@ def not_a_drive(text: str) -> Diagnostic:
 
 
 def nothing_to_judge(scene: str) -> Diagnostic:
-    """BG088: nothing to judge
-
-    What: the scene observes nothing, or only energy accounts.
-
-    Why: `bgc stress` and `bgc activity` judge the observed quantities.
-
-    Example: `scene s of RLC { run 1 s; }`.
-
-    Way out: add `observe NAME;` to the scene.
-    """
+    """BG088: nothing to judge"""
     of = f"scene `{scene}`" if scene else "the model"
     return error(
         "BG088",
@@ -47,16 +26,7 @@ def nothing_to_judge(scene: str) -> Diagnostic:
 
 
 def nominal_run_failed(message: str) -> Diagnostic:
-    """BG089: a scene that does not run
-
-    What: the scene's own run failed, so there is nothing to compare with.
-
-    Why: the message of that run gives the reason.
-
-    Example: a scene with a failing `assert`.
-
-    Way out: run it with `bgc run` and fix the error that it reports.
-    """
+    """BG089: a scene that does not run"""
     return error(
         "BG089",
         f"the scene does not run: {message}",

@@ -9,16 +9,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 
 
 def too_large(what: str, measure: str, limit: str) -> Diagnostic:
-    """BG094: a formula that is too large
-
-    What: a symbolic formula would take more time or memory than bgc allows.
-    Why: the number of terms of a determinant grows exponentially with the coupled states and
-    parameters, and a formula with thousands of terms is useless.
-    Example: `bgc equations two_beam_crane.bg --transfer "tip_height/hand.position[3]"`
-    Way out: compute numbers (`bgc equations FILE --linear`, `bgc bode FILE`); or choose an output
-    and an input with fewer elements between them, or a simpler variant of a part (`--use`, for
-    example `Rigid` for a compliant lock).
-    """
+    """BG094: a formula that is too large"""
     return error(
         "BG094",
         f"{what} is too large for a formula: {measure}; the limit is {limit}",
@@ -28,15 +19,7 @@ def too_large(what: str, measure: str, limit: str) -> Diagnostic:
 
 
 def no_closed_form(what: str, output: str, input_: str, degree: int) -> Diagnostic:
-    """BG095: poles or zeros without a closed form
-
-    What: formulas are requested for the poles or zeros of a transfer function, and a factor of its
-    denominator or numerator has no short formula for its roots.
-    Why: only factors of degree one and two (also in s^2) have short formulas for their roots; from
-    degree five there is no general formula.
-    Example: `G.poles()` for three masses and three springs with dampers.
-    Way out: compute numbers with `G.numeric_poles()`, for any values of the symbols.
-    """
+    """BG095: poles or zeros without a closed form"""
     return error(
         "BG095",
         f"the {what} of `{output}` by `{input_}` have no closed form: a factor has degree {degree}",
@@ -45,15 +28,7 @@ def no_closed_form(what: str, output: str, input_: str, degree: int) -> Diagnost
 
 
 def undetermined(names: Sequence[str]) -> Diagnostic:
-    """BG096: a linear form that does not determine the states
-
-    What: `s M - A` is singular for every s, so there is no transfer function.
-    Why: at the operating point the algebraic equations no longer determine their unknowns: one
-    has become zero, or two have become the same.
-    Example: `equation z^3 = u;` about z = 0.
-    Way out: choose another operating point, or write the equations so that each determines an
-    unknown.
-    """
+    """BG096: a linear form that does not determine the states"""
     some = f" {listed(names)}" if names else ""
     return error(
         "BG096",
@@ -63,14 +38,7 @@ def undetermined(names: Sequence[str]) -> Diagnostic:
 
 
 def undefined_at(what: str) -> Diagnostic:
-    """BG097: a formula that is undefined at its operating point
-
-    What: at the operating point a formula divides by zero.
-    Why: the derivative of a law is infinite there: a square root at zero, or a quotient by a state
-    that is zero.
-    Example: the flow out of a tank, `c*sqrt(h)`, about the empty tank.
-    Way out: keep the states as symbols, or choose another operating point.
-    """
+    """BG097: a formula that is undefined at its operating point"""
     return error(
         "BG097",
         f"{what} divides by zero at this operating point",
@@ -79,14 +47,7 @@ def undefined_at(what: str) -> Diagnostic:
 
 
 def bad_pair(text: str) -> Diagnostic:
-    """BG098: a transfer function that is not written OUTPUT/INPUT
-
-    What: the value of `--transfer` is not an output and an input with a slash between them.
-    Why: a transfer function leads from one input to one output. The last slash separates them,
-    since an output may be an expression that contains a slash.
-    Example: `bgc equations rlc.bg --transfer capacitor.e`
-    Way out: `bgc equations rlc.bg --transfer capacitor.e/supply.e`
-    """
+    """BG098: a transfer function that is not written OUTPUT/INPUT"""
     return error(
         "BG098",
         f"`{text}` is not of the form OUTPUT/INPUT",
@@ -95,15 +56,7 @@ def bad_pair(text: str) -> Diagnostic:
 
 
 def no_formula_of_equilibrium(names: Sequence[str]) -> Diagnostic:
-    """BG099: an equilibrium without a formula
-
-    What: no formula was found for the equilibrium of the model.
-    Why: the equations of these states are nonlinear in several unknowns, cannot be solved for their
-    unknown, or have no unique solution (such as an angle that nothing holds).
-    Example: `model.symbolic(at="steady")` for three tanks with valves that depend on each other.
-    Way out: keep the states as symbols and substitute numbers afterwards:
-    `model.linearise(at="steady").point` has those of the equilibrium.
-    """
+    """BG099: an equilibrium without a formula"""
     return error(
         "BG099",
         f"no formula was found for the equilibrium of {listed(names)}",
@@ -113,14 +66,7 @@ def no_formula_of_equilibrium(names: Sequence[str]) -> Diagnostic:
 
 
 def unknown_letter(name: str, known: Sequence[str]) -> Diagnostic:
-    """BG079: an unknown symbol
-
-    What: the name is not a parameter, state or input of the model.
-    Why: a sensitivity is a derivative with respect to a parameter; an operating point gives values
-    to states, parameters and inputs.
-    Example: `model.symbolic().rates_by("resistor.R")` where the parameter is called `R`.
-    Way out: use a name from `parameters`, `states` or `inputs`.
-    """
+    """BG079: an unknown symbol"""
     return error(
         "BG079",
         f"the model has no parameter, state or input `{name}`",
@@ -129,14 +75,7 @@ def unknown_letter(name: str, known: Sequence[str]) -> Diagnostic:
 
 
 def no_number(name: str) -> Diagnostic:
-    """BG076: a symbol without a value
-
-    What: a formula is evaluated numerically, but contains a symbol to which the scene gives no
-    value.
-    Why: the operating point was given with a symbol of the user's own.
-    Example: `sym.at({"tank.q": sympy.Symbol("V0")}).transfer_function(..).numeric_poles()`
-    Way out: give its value: `numeric_poles({"V0": 0.2})`.
-    """
+    """BG076: a symbol without a value"""
     return error(
         "BG076",
         f"`{name}` has no value",

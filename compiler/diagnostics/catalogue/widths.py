@@ -12,17 +12,7 @@ from bgc.diagnostics.source import Span
 def widths_differ(
     span: Span, one: int, one_at: Span | None, two: int, two_at: Span | None
 ) -> Diagnostic:
-    """BG410: different widths on one bond
-
-    What: the two ends of a bond, or the bonds at a junction, have different widths.
-
-    Why: a bond of width n is n scalar bonds, each with two ends.
-
-    Example: `body : I[6](M); node : J1[3]; node -> body;`
-
-    Way out: correct one of the widths. To join bonds of width 3 and 3 into one of 6 use `join :
-    Mux[3, 3];`; to use a part of a bond write a slice: `node[1..3] -> ..`.
-    """
+    """BG410: different widths on one bond"""
     labels = [
         Label(at, f"width {size}") for size, at in ((one, one_at), (two, two_at)) if at is not None
     ]
@@ -37,17 +27,7 @@ def widths_differ(
 
 
 def widths_do_not_add_up(span: Span, name: str, total: int, parts: Sequence[int]) -> Diagnostic:
-    """BG411: bond widths that do not add up
-
-    What: the widths of the bonds at a Mux, or at an element with several ports, do not add up to
-    its width.
-
-    Why: each component needs exactly one bond.
-
-    Example: `join : Mux[3, 3];` with bonds of width 3 and 2.
-
-    Way out: correct the widths or the number of bonds.
-    """
+    """BG411: bond widths that do not add up"""
     found = " + ".join(map(str, parts)) or "0"
     return error(
         "BG411",
@@ -58,16 +38,7 @@ def widths_do_not_add_up(span: Span, name: str, total: int, parts: Sequence[int]
 
 
 def slice_outside(span: Span, name: str, component: int, width: int) -> Diagnostic:
-    """BG412: a slice outside the width
-
-    What: an index at the end of a bond is less than 1 or greater than the width.
-
-    Why: components are numbered from 1.
-
-    Example: `hub[4..7] -> lin;` where `hub` has width 6.
-
-    Way out: keep the slice within the width.
-    """
+    """BG412: a slice outside the width"""
     return error(
         "BG412",
         f"there is no component {component} in `{name}`",
@@ -77,17 +48,7 @@ def slice_outside(span: Span, name: str, component: int, width: int) -> Diagnost
 
 
 def domains_differ(span: Span, one: str, one_at: Span, two: str, two_at: Span) -> Diagnostic:
-    """BG413: two domains on one bond
-
-    What: ports of different domains are bonded to each other.
-
-    Why: a domain gives effort and flow their meaning; a transformer or gyrator connects two
-    domains.
-
-    Example: a port of `Frame` bonded to one of `Electric`.
-
-    Way out: put a TF or GY between them.
-    """
+    """BG413: two domains on one bond"""
     return error(
         "BG413",
         f"a bond connects the domains `{one}` and `{two}`",
@@ -100,19 +61,7 @@ def domains_differ(span: Span, one: str, one_at: Span, two: str, two_at: Span) -
 def units_differ(
     span: Span, name: str, variable: str, one: str, one_at: Span, two: str, two_at: Span
 ) -> Diagnostic:
-    """BG414: different units for one effort or flow
-
-    What: around a bond or junction, the given units imply different units for one effort or flow.
-
-    Why: effort times flow is power, and all bonds of a junction have the same units.
-
-    Example: `supply : Se(e = 5 V); push : Se(e = 2 N); supply, push -> node;`
-
-    Way out: correct the unit, or put a TF or GY between two domains. If effort times flow is not a
-    power, declare the domain as `pseudo`: `pseudo domain Heat { effort T : K; flow Q : W; }`, and
-    give a model of the parts a port of it: `port side in : Heat;`. One such port sets the domain of
-    all bonds that junctions connect to it.
-    """
+    """BG414: different units for one effort or flow"""
     labels = [Label(one_at, one)]
     if (two_at.start, two_at.end) != (one_at.start, one_at.end):
         labels.append(Label(two_at, two))
@@ -136,21 +85,7 @@ def unit_misfit(
     instead: str = "",
     exchanged: bool = False,
 ) -> Diagnostic:
-    """BG423: an element whose unit does not fit its bond
-
-    What: the unit of a resistance, stiffness, compliance, inertia or conductance does not match the
-    effort and flow of its bond.
-
-    Why: a stiffness is effort by displacement, an inertia momentum by flow, so the bond determines
-    the unit.
-
-    Example: `push : Se(e = 1 N); spring : C(stiffness = 20 kN*m); push -> spring;`
-
-    Way out: correct the unit, here `20 kN/m`; a number without a unit fits any. If the bond's unit
-    is wrong, correct that, or put a TF or GY between two domains. `C(20 kN/m)` gives a compliance:
-    a stiffness is given by its name, `C(stiffness = 20 kN/m)`. A voltage, force or pressure is set
-    by an `Se`, a current, velocity or volume flow by an `Sf`.
-    """
+    """BG423: an element whose unit does not fit its bond"""
     way_out = "correct the unit, or put a TF or GY between two domains"
     if instead:
         way_out = f"this is the unit of a {instead}: give it by name, `{instead} = ..`"
@@ -169,16 +104,7 @@ def unit_misfit(
 
 
 def domain_unbalanced(span: Span, name: str, efforts: int, flows: int) -> Diagnostic:
-    """BG415: a domain with unequal efforts and flows
-
-    What: a domain has more components of effort than of flow, or the other way round.
-
-    Why: the product of the k-th effort and the k-th flow is a power.
-
-    Example: `domain D { effort F[3] : N; flow v[2] : m/s; }`
-
-    Way out: give both the same number of components.
-    """
+    """BG415: a domain with unequal efforts and flows"""
     return error(
         "BG415",
         f"domain `{name}` has {_counted(efforts, 'effort')} and {_counted(flows, 'flow')}",
@@ -188,16 +114,7 @@ def domain_unbalanced(span: Span, name: str, efforts: int, flows: int) -> Diagno
 
 
 def domain_no_power(span: Span, name: str, component: int, found: str) -> Diagnostic:
-    """BG416: a domain without power
-
-    What: the product of an effort's unit and its flow's unit is not watt.
-
-    Why: energy could not be accounted for.
-
-    Example: `domain Heat { effort T : K; flow Q : W; }`
-
-    Way out: correct the units, or declare it as `pseudo domain`.
-    """
+    """BG416: a domain without power"""
     return error(
         "BG416",
         f"effort times flow of component {component} of `{name}` is {found}, not a power",
@@ -214,16 +131,7 @@ def slot_width(
     have: tuple[int, ...],
     place: Span,
 ) -> Diagnostic:
-    """BG417: a model in a slot of another width
-
-    What: the model in a slot has the right interface but other dimensions.
-
-    Why: the bonds of the slot have the width of its declaration.
-
-    Example: `lock : Lock[5] = Rigid[6];`
-
-    Way out: give the model the slot's dimensions.
-    """
+    """BG417: a model in a slot of another width"""
     needs = ", ".join(map(str, asked))
     has = ", ".join(map(str, have))
     return error(
