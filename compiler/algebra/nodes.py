@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
-Node: TypeAlias = int
+Node: TypeAlias = Annotated[int, "node"]
 Matrix: TypeAlias = tuple[tuple[Node, ...], ...]

@@ -12,10 +12,10 @@ from bgc.emission.optimise import number_values
 from bgc.emission.print_lu import solve_operations
 from bgc.emission.sparse import mass_places, plan_lu, plan_pattern
 from bgc.emission.timed_terms import find_timed_terms, with_rates
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, LuPlan, Switch
 from bgc.ir.program import MassEntry, Program
-from bgc.ir.program_nodes import map_program, program_roots
 
 Planned = tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...], LuPlan]
 _SOLUTIONS = 6  # for each Jacobian: of ros34prw 4, of rodas5p 8
@@ -102,7 +102,7 @@ def _optimised(
     switches = with_rates(program, switches)
     rates = (switch.rate for switch in switches if switch.rate is not None)
     others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
-    dag, new = number_values(program.dag, (*program_roots(program), *others, *rates, *timed))
+    dag, new = number_values(program.dag, (*nodes_of(program), *others, *rates, *timed))
     switches = tuple(
         replace(
             switch,
@@ -123,7 +123,7 @@ def _optimised(
         entries=tuple(node for _, _, node in kept),
         by_time=tuple(new[node] for node in jacobian.by_time),
     )
-    program = map_program(program, dag, new.__getitem__)
+    program = map_nodes(program, dag, new.__getitem__)
     return program, switches, optimised, tuple(new[node] for node in timed)
 
 

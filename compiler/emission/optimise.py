@@ -19,14 +19,10 @@ from dataclasses import replace
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
 from bgc.ir.evaluated import evaluated_always
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Guard, Node
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import (
-    map_program,
-    program_roots,
-    without_settled_jumps,
-    without_unused_divisors,
-)
+from bgc.ir.unused import without_settled_jumps, without_unused_divisors
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
@@ -42,9 +38,9 @@ def optimise(program: Program) -> Program:
     A quotient of the model that cancels, as `x/x` does, leaves an assertion that its divisor is not
     zero. Raises AssertionError if the fingerprint of an output changes.
     """
-    roots = program_roots(program)
+    roots = nodes_of(program)
     dag, new = number_values(program.dag, roots)
-    smaller = without_unused_divisors(map_program(program, dag, new.__getitem__))
+    smaller = without_unused_divisors(map_nodes(program, dag, new.__getitem__))
     smaller = without_settled_jumps(smaller)
     guards = tuple(_guards_of_cancelled(program.dag, roots, dag, new))
     return replace(smaller, guards=(*smaller.guards, *guards)) if guards else smaller

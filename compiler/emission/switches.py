@@ -23,10 +23,10 @@ from bgc.algebra.jumps import at_threshold, is_segment, joins
 from bgc.algebra.operation import Jump
 from bgc.algebra.operations import ROWS
 from bgc.building.built import Place, Places
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered, Switch
 from bgc.ir.program import LoopSolution, Program
-from bgc.ir.program_nodes import map_program, program_roots
 
 _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
 _PASSING = frozenset(map(int, (Op.NOT, Op.MUL, Op.NEG, Op.DIV)))
@@ -156,7 +156,7 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
     """
     dag = program.dag
     bare = replace(program, states=())
-    roots = [*program_roots(bare), *(state.derivative for state in program.states)]
+    roots = [*nodes_of(bare), *(state.derivative for state in program.states)]
     new: dict[Node, Node] = {}
     arguments: dict[Node, Node] = {}
     for node in dag.reachable(roots):
@@ -170,7 +170,7 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
             arguments[node], result = pieces(dag, mode, *operands)
             new[node] = dag.select(dag.call(Op.EQ, mode, mode), result, made)
     states = (replace(state, derivative=new[state.derivative]) for state in program.states)
-    return replace(map_program(bare, dag, new.__getitem__), states=tuple(states)), arguments
+    return replace(map_nodes(bare, dag, new.__getitem__), states=tuple(states)), arguments
 
 
 # --- jumps --------------------------------------------------------------------------------------

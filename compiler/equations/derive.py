@@ -48,7 +48,7 @@ from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
-from bgc.ir.program_nodes import without_settled_jumps, without_unused_divisors
+from bgc.ir.unused import without_settled_jumps, without_unused_divisors
 
 
 def derive_equations(causal: CausalGraph) -> Program:

@@ -15,9 +15,9 @@ from bgc.diagnostics.catalogue import equations as catalogue
 from bgc.diagnostics.catalogue.values import division_by_zero
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import program_roots
 
 _SURE = 1000  # bits: a quotient of integers whose lengths differ by less fits a double
 
@@ -31,7 +31,7 @@ def require_representable(graph: FlatGraph, program: Program) -> None:
         A constant is too large, too small or undefined; names the variable whose equation holds it.
     """
     dag = program.dag
-    wrong = {node for node in dag.reachable(program_roots(program)) if _is_lost(dag, node)}
+    wrong = {node for node in dag.reachable(nodes_of(program)) if _is_lost(dag, node)}
     if not wrong:
         return
     for node in sorted(wrong):
@@ -83,4 +83,4 @@ def _equations(
         yield f"`{observation.name}`", observation.span, [observation.node]
     for guard in program.guards:
         yield "this condition", guard.span, [guard.condition]
-    yield "an equation", None, program_roots(program)
+    yield "an equation", None, nodes_of(program)

@@ -21,6 +21,14 @@ from enum import Enum
 
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.ir.fields import (
+    BasisIndex,
+    BondIndex,
+    ClassIndex,
+    ElementIndex,
+    PortIndex,
+    RowIndex,
+)
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import PositiveParameter
 
@@ -42,9 +50,9 @@ class ElementPort:
     `position` numbers the element's ports; a gyrator's ports 2 follow its ports 1.
     """
 
-    element: int
+    element: ElementIndex
     position: int
-    bond: int
+    bond: BondIndex
     sign: int  # +1 where the arrow points into the element
     dual: bool
     role: Role
@@ -64,15 +72,15 @@ class ElementPort:
 class BondClass:
     """Bonds with one common through variable, and the element ports on them."""
 
-    bonds: tuple[int, ...]
-    ports: tuple[int, ...]  # indices of CausalGraph.ports
+    bonds: tuple[BondIndex, ...]
+    ports: tuple[PortIndex, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RowEnd:
     """A bond in a row: its coefficient, and the sign of the port."""
 
-    bond: int
+    bond: BondIndex
     sign: int
     coefficient: Node
 
@@ -84,7 +92,7 @@ class Row:
     Its multiplier l gives the across variable at its ends: `sign * coefficient * l`.
     """
 
-    element: int
+    element: ElementIndex
     ends: tuple[RowEnd, ...]
 
 
@@ -97,10 +105,10 @@ class Step:
     the original row is `working + sum f * working_r`.
     """
 
-    row: int
-    dependent: int
-    working: tuple[tuple[int, Node], ...]
-    factors: tuple[tuple[int, Node], ...]
+    row: RowIndex
+    dependent: ClassIndex
+    working: tuple[tuple[ClassIndex, Node], ...]
+    factors: tuple[tuple[RowIndex, Node], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +120,8 @@ class Closure:
     transformers of the chain.
     """
 
-    row: int
-    elements: tuple[int, ...]
+    row: RowIndex
+    elements: tuple[ElementIndex, ...]
 
 
 class BasisKind(Enum):
@@ -130,7 +138,7 @@ class BasisKind(Enum):
 class Basis:
     """An independent class and the kind of port that determines it."""
 
-    bond_class: int
+    bond_class: ClassIndex
     kind: BasisKind
 
 
@@ -162,14 +170,14 @@ class CausalGraph:
     dual: tuple[bool, ...]  # for each bond
     ports: tuple[ElementPort, ...]
     classes: tuple[BondClass, ...]
-    class_of: tuple[int, ...]  # for each bond
+    class_of: tuple[ClassIndex, ...]  # for each bond
     rows: tuple[Row, ...]
     steps: tuple[Step, ...]
-    redundant: frozenset[int]  # linearly dependent rows, whose multipliers are indeterminate
+    redundant: frozenset[RowIndex]  # linearly dependent rows, whose multipliers are indeterminate
     closures: tuple[Closure, ...]
-    cut: frozenset[int]  # junctions of one through variable whose rows close chains
+    cut: frozenset[ElementIndex]  # junctions of one through variable whose rows close chains
     basis: tuple[Basis, ...]
-    flows: tuple[tuple[tuple[int, Node], ...], ...]  # for each class: (index in basis, entry of N)
+    flows: tuple[tuple[tuple[BasisIndex, Node], ...], ...]  # for each class: entries of a row of N
     strokes: tuple[Stroke, ...]  # for each bond
     positive: tuple[PositiveParameter, ...]
     warnings: tuple[Diagnostic, ...]

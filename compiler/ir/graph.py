@@ -23,6 +23,7 @@ from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.ir.fields import BondIndex, RateIndex
 from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
 from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
@@ -55,7 +56,7 @@ class Bond:
 class Port:
     """One end of a bond at an element; `sign` is +1 where the half arrow points in, else -1."""
 
-    bond: int
+    bond: BondIndex
     sign: int
 
 
@@ -376,7 +377,7 @@ class Held:
     unit: str
     initial: Node
     update: Node
-    rate: int
+    rate: RateIndex
     is_state: bool
     span: Span
 

@@ -11,6 +11,7 @@ from enum import Enum
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.ir.fields import StateIndex
 from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
 from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
 from bgc.values.shown import Shown
@@ -49,7 +50,7 @@ class Start:
 
     residuals: tuple[Node, ...]
     guess: tuple[float, ...]
-    values: tuple[tuple[int, Node], ...]
+    values: tuple[tuple[StateIndex, Node], ...]
     names: tuple[str, ...]
 
 
@@ -57,8 +58,8 @@ class Start:
 class MassEntry:
     """One entry of M in `M y' = f`; a node of CONST or PARAM level."""
 
-    row: int
-    column: int
+    row: StateIndex
+    column: StateIndex
     value: Node
 
 
@@ -101,7 +102,7 @@ class Divisor:
 class StateReset:
     """A reset of state `state` to the value of a node."""
 
-    state: int
+    state: StateIndex
     value: Node
 
 
@@ -175,8 +176,8 @@ class Closures:
     conditions: tuple[Node, ...]
     names: tuple[str, ...]  # of the conditions
     held: int
-    impulses: tuple[int, ...]  # states (momenta) that the multipliers act on
-    moved: tuple[int, ...]  # states in the conditions
+    impulses: tuple[StateIndex, ...]  # states (momenta) that the multipliers act on
+    moved: tuple[StateIndex, ...]  # states in the conditions
     starts: tuple[Node, ...]  # parameters that may close the start
     by_impulse: Matrix  # dw/dx of the kept rows, by the states `impulses`
     response: Matrix  # a row for each of `impulses`: its rate by each multiplier

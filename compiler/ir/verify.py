@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import accumulate
+from typing import Any
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.ir.causal import BasisKind, CausalGraph
+from bgc.ir.causal import CausalGraph
+from bgc.ir.fields import INDICES, nodes_of, values_of
 from bgc.ir.graph import (
     Element,
     FlatGraph,
@@ -27,10 +29,8 @@ from bgc.ir.graph import (
     Transformer,
     ports_of,
 )
-from bgc.ir.graph_nodes import graph_roots
 from bgc.ir.lowered import SCRATCH, BlockPlan, Kernel, Lowered, LuPlan
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import program_roots
 
 
 class BrokenInvariant(AssertionError):
@@ -59,6 +59,7 @@ def _require(holds: bool, message: str) -> None:
 
 def _verify_graph(graph: FlatGraph) -> None:
     """Require two ends per bond, symbols of this graph only, and laws that fit their ports."""
+    _require_indices(graph)
     _require_numbered("bond", (bond.index for bond in graph.bonds))
     _require_numbered("parameter", (parameter.index for parameter in graph.parameters))
     _require_numbered("state", (state.index for state in graph.states))
@@ -86,7 +87,7 @@ def _verify_graph(graph: FlatGraph) -> None:
         Kind.DISPLACEMENT: len(places),
         Kind.MOMENTUM: len(places),
     }
-    _require_symbols(graph.dag, graph_roots(graph), counts)
+    _require_symbols(graph.dag, nodes_of(graph), counts)
     _require_parameters(graph.dag, graph.parameters)
     resettable = {Kind.STATE, Kind.DISPLACEMENT, Kind.MOMENTUM}
     for reset in (reset for jump in graph.jumps for reset in jump.resets):
@@ -101,8 +102,6 @@ def _verify_held(result: FlatGraph | Program) -> None:
     """Require one INPUT symbol for each held value, and rates that exist and do not vary."""
     indices = [held.index for held in result.held]
     _require(len(set(indices)) == len(indices), "two held values have one symbol")
-    for held in result.held:
-        _require(0 <= held.rate < len(result.rates), "a held value has no rate")
     for rate in result.rates:
         level = max(result.dag.level[rate.period], result.dag.level[rate.offset])
         _require(level <= Level.PARAM, "a sampling period varies")
@@ -132,6 +131,7 @@ def _verify_matrix(element: Element) -> None:
 
 def _verify_causal(causal: CausalGraph) -> None:
     """Require one class and one stroke per bond, and each class to be dependent or in the basis."""
+    _require_indices(causal)
     bonds = len(causal.graph.bonds)
     for name, table in (
         ("dual", causal.dual),
@@ -155,19 +155,11 @@ def _verify_causal(causal: CausalGraph) -> None:
         own = causal.flows[basis.bond_class]
         unit = own == ((place, causal.graph.dag.one),)
         _require(unit, "an independent flow is not its own row of N")
-    columns = {place for row in causal.flows for place, _ in row}
-    _require(columns <= set(range(len(causal.basis))), "N has a column that the basis lacks")
-    rows = len(causal.rows)
-    _require(all(step.row < rows for step in causal.steps), "a step eliminates an absent row")
-    _require(causal.redundant <= set(range(rows)), "a redundant row is absent")
-    kinds = {basis.kind for basis in causal.basis}
-    _require(kinds <= set(BasisKind), "a basis flow has no kind")
-    for port in causal.ports:
-        _require(port.bond < bonds, "a port is on a bond that is absent")
 
 
 def _verify_program(program: Program, modes: int = 0) -> None:
     """Require symbols of the program only, a mass matrix of the right size, and unique names."""
+    _require_indices(program)
     dag = program.dag
     names = Counter(state.name for state in program.states)
     twice = [name for name, count in names.items() if count > 1]
@@ -179,14 +171,13 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         Kind.STATE: len(program.states),
         Kind.START: 0 if program.start is None else len(program.start.guess),
     }
-    _require_symbols(dag, program_roots(program), counts)
+    _require_symbols(dag, nodes_of(program), counts)
     _require_parameters(dag, program.parameters)
     for state in program.states:
         _require(dag.level[state.initial] < Level.STATE, f"`{state.name}` starts at a state")
         _require(dag.level[state.scale] <= Level.PARAM, f"the scale of `{state.name}` varies")
     for entry in program.mass or ():
-        inside = max(entry.row, entry.column) < len(program.states)
-        _require(inside and dag.level[entry.value] <= Level.PARAM, "M does not fit the states")
+        _require(dag.level[entry.value] <= Level.PARAM, "an entry of M varies")
         kind = program.states[entry.row].kind
         zero = entry.value == dag.zero
         _require(kind != "algebraic" or zero, "an algebraic row has an entry in M")
@@ -197,8 +188,7 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         _require(dag.level[jump.condition] > Level.PARAM, "the condition of a jump never changes")
         _require(bool(jump.resets), "a jump resets nothing")
         for reset in jump.resets:
-            inside = 0 <= reset.state < len(program.states)
-            moves = inside and program.states[reset.state].kind != "algebraic"
+            moves = program.states[reset.state].kind != "algebraic"
             _require(moves, "a jump resets what is not integrated")
     if program.speeds is not None:
         speeds = program.speeds
@@ -266,6 +256,15 @@ def _verify_kernel(kernel: Kernel) -> None:
     for array, indices in arrays.items():
         once = len(set(indices)) == len(indices)
         _require(once, f"`{kernel.name}` stores an element of `{array}` twice")
+
+
+def _require_indices(result: FlatGraph | CausalGraph | Program) -> None:
+    """Require that every index is one of the table that its type names."""
+    for name, kind in INDICES.items():
+        holder: Any = result if hasattr(result, name) else getattr(result, "graph", result)
+        table = getattr(holder, name, ())
+        for index in values_of(result, kind):
+            _require(0 <= index < len(table), f"`{name}` has {len(table)} rows, none is {index}")
 
 
 def _require_numbered(what: str, indices: Iterable[int]) -> None:

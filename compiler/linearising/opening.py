@@ -18,9 +18,9 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.devices import channel_unit
 from bgc.emission.optimise import number_values
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import map_program, program_roots
 from bgc.ir.scene import DeviceUse
 from bgc.options import Options
 from bgc.slicing.slice import without_unread
@@ -113,17 +113,17 @@ def open_scene(
     equations = _between_instants(whole)
     program = without_unread(_with_parameters(equations, selection.parameters))
     given = selection.given
-    dag, new = number_values(program.dag, (*program_roots(program), *given.values()))
+    dag, new = number_values(program.dag, (*nodes_of(program), *given.values()))
     varied = (
         replace(v, given=new[given[v.index]]) if v.index in given else v for v in selection.varied
     )
     sources = tuple(source.text for source in stages.package.sources)
-    program = map_program(program, dag, new.__getitem__)
+    program = map_nodes(program, dag, new.__getitem__)
     moving = program
     if whole.jumps or whole.held:
         moving = without_unread(_with_parameters(whole, selection.parameters))
-        dag, new = number_values(moving.dag, program_roots(moving))
-        moving = map_program(moving, dag, new.__getitem__)
+        dag, new = number_values(moving.dag, nodes_of(moving))
+        moving = map_nodes(moving, dag, new.__getitem__)
     return Opened(
         program, tuple(varied), stages.warnings, sources, moving, selection.starts_at_rest
     )
@@ -314,9 +314,9 @@ def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
     if not replaced.keys().isdisjoint(dag.reachable([m.value for m in program.mass or ()])):
         name = program.parameters[next(iter(added))].name
         raise BgError([catalogue.input_in_mass(name)])
-    roots = program_roots(program)
+    roots = nodes_of(program)
     new_of = dict(zip(roots, dag.substitute(roots, replaced), strict=True))
-    varied = map_program(program, dag, new_of.__getitem__)
+    varied = map_nodes(program, dag, new_of.__getitem__)
     return replace(
         varied,
         mass=program.mass,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
 from bgc.algebra.dag import Kind, Symbol
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
     FlatGraph,
@@ -20,7 +21,6 @@ from bgc.ir.graph import (
     Transformer,
     port_ends,
 )
-from bgc.ir.graph_nodes import law_nodes
 
 _OWN = {Kind.EFFORT, Kind.FLOW}
 
@@ -77,13 +77,13 @@ def _of(
     return Modulation(tuple(elements), tuple(signals), bool(elements or signals or timed))
 
 
-def _modulated(element: Element) -> tuple[Node, ...]:
+def _modulated(element: Element) -> Sequence[Node]:
     """The nodes of an element that a signal may modulate."""
     match element:
         case Source():
             return (element.value,)
         case Resistor():
-            return law_nodes(element.law)
+            return nodes_of(element.law)
         case Transformer() | Gyrator() | Gyristor():
             return tuple(node for row in element.matrix for node in row)
         case Storage() | Junction():
@@ -97,7 +97,7 @@ def _bonds(element: Element) -> Iterator[int]:
         yield from (port.bond for port in element.ports)
 
 
-def _symbols(graph: FlatGraph, nodes: tuple[Node, ...]) -> Iterator[Symbol]:
+def _symbols(graph: FlatGraph, nodes: Sequence[Node]) -> Iterator[Symbol]:
     dag = graph.dag
     for node in dag.reachable(list(nodes)):
         symbol = dag.symbol_of(node)

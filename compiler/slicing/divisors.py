@@ -15,9 +15,9 @@ from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.algebra.expanded import expanded_text
 from bgc.diagnostics.catalogue import listed
 from bgc.ir.evaluated import always_evaluated
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.program import PositiveParameter, Program
-from bgc.ir.program_nodes import program_roots
 
 _MOST_CHARACTERS = 60  # characters of an expression in a message
 _MOST_PARAMETERS = 5  # parameters that a message lists in place of their expression
@@ -67,7 +67,7 @@ def _together(program: Program, unnamed: Mapping[Node, str]) -> list[PositivePar
 def _whole_numbers(program: Program) -> Iterator[PositiveParameter]:
     """Check the seeds and indices of `random`, which is undefined for other than whole numbers."""
     dag = program.dag
-    drawn = [n for n in dag.reachable(program_roots(program)) if dag.op[n] == Op.RANDOM]
+    drawn = [n for n in dag.reachable(nodes_of(program)) if dag.op[n] == Op.RANDOM]
     for what, operands in (("seed", dag.a), ("index", dag.b)):
         for node in dict.fromkeys(operands[n] for n in drawn):
             if dag.level[node] != Level.PARAM:

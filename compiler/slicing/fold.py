@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node, Parameter
-from bgc.ir.graph_nodes import graph_roots, map_graph
 from bgc.slicing.names import is_kept
 
 
@@ -56,8 +56,8 @@ def fold_parameters(graph: FlatGraph) -> Folding:
     if not folded:
         return Folding(graph, ())
     smaller = replace(graph, parameters=tuple(left))
-    _rebuild(graph.dag, dag, graph_roots(smaller), given, new)
-    return Folding(map_graph(smaller, dag, new.__getitem__), tuple(folded))
+    _rebuild(graph.dag, dag, nodes_of(smaller), given, new)
+    return Folding(map_nodes(smaller, dag, new.__getitem__), tuple(folded))
 
 
 def _is_fixed(parameter: Parameter, value: Fraction | None, kept: tuple[str, ...]) -> bool:

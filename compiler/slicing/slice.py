@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Kind
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Guard, Node
 from bgc.ir.program import (
     Closures,
@@ -18,12 +19,7 @@ from bgc.ir.program import (
     Start,
     StateJump,
 )
-from bgc.ir.program_nodes import (
-    map_program,
-    program_roots,
-    without_settled_jumps,
-    without_unused_divisors,
-)
+from bgc.ir.unused import without_settled_jumps, without_unused_divisors
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
 from bgc.slicing.speeds import sliced_speeds
@@ -173,8 +169,8 @@ def _without(
     smaller = without_unused_divisors(smaller)
     dag = program.dag
     moved = {k: dag.symbol(Kind.STATE, new) for k, new in number.items()}
-    new = put_in(smaller, program_roots(smaller), {**values, **moved})
-    return map_program(smaller, dag, new.__getitem__)
+    new = put_in(smaller, nodes_of(smaller), {**values, **moved})
+    return map_nodes(smaller, dag, new.__getitem__)
 
 
 def _start(start: Start | None, number: Mapping[int, int]) -> Start | None:
@@ -228,7 +224,7 @@ def _without_useless_checks(program: Program) -> Program:
     Bounds and checks of symmetry stay as long as one of their parameters appears.
     """
     dag, bare = program.dag, replace(program, positive=(), parameters=())
-    used = set(dag.reachable(program_roots(bare)))
+    used = set(dag.reachable(nodes_of(bare)))
 
     def is_used(check: PositiveParameter) -> bool:
         if not check.bound and check.symmetric is None:

@@ -9,8 +9,8 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.defaults import default_values
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Resistor, Storage
-from bgc.ir.graph_nodes import law_nodes
 from bgc.resolution.modules import Package
 from bgc.runtime.activity.powers import Activity, below
 
@@ -73,7 +73,7 @@ def _holders(
     for element in graph.elements:
         if not isinstance(element, (Storage, Resistor)):
             continue
-        nodes = law_nodes(element.law)
+        nodes = nodes_of(element.law)
         symbols = [s for s in map(dag.symbol_of, dag.reachable(nodes)) if s is not None]
         constant = all(s.kind is Kind.PARAM for s in symbols)
         for symbol in symbols:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from bgc.algebra.dag import Kind, Level
 from bgc.diagnostics.catalogue.analysis import input_in_mass
 from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Element, FlatGraph, Node, Source
-from bgc.ir.graph_nodes import graph_roots, map_graph
 from bgc.ir.program import Program
 from bgc.linearising.opening import choose_inputs, input_candidates, with_followers
 
@@ -57,10 +57,10 @@ class ChosenInputs:
                 moved[node] = dag.add(node, symbol)
         moved = with_followers(dag, graph.parameters, moved)
         held = tuple(replace(each, index=each.index + count) for each in graph.held)
-        roots = graph_roots(graph)
+        roots = nodes_of(graph)
         new = dict(zip(roots, dag.substitute(roots, moved), strict=True))
         parameters = graph.parameters
-        graph = replace(map_graph(graph, dag, new.__getitem__), varied=count, parameters=parameters)
+        graph = replace(map_nodes(graph, dag, new.__getitem__), varied=count, parameters=parameters)
         elements: list[Element] = []
         for k, element in enumerate(graph.elements):
             if k in sources and isinstance(element, Source):

@@ -19,6 +19,7 @@ import numpy as np
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue.stress import not_a_drive
 from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
     FlatGraph,
@@ -32,7 +33,6 @@ from bgc.ir.graph import (
     Storage,
     Transformer,
 )
-from bgc.ir.graph_nodes import law_nodes
 from bgc.runtime.running.parameters import Parameter
 from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown import Shown
@@ -238,9 +238,9 @@ def _nodes_of(element: Element) -> Iterator[tuple[Role, Sequence[Node]]]:
     match element:
         case Storage():
             role = _storage_role(element)
-            yield role, law_nodes(element.law)
+            yield role, nodes_of(element.law)
         case Resistor():
-            yield Role.RESISTANCE, law_nodes(element.law)
+            yield Role.RESISTANCE, nodes_of(element.law)
         case Source():
             yield Role.SOURCE, (element.value,)
         case Transformer() | Gyrator() | Gyristor():

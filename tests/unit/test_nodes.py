@@ -11,8 +11,7 @@ import pytest
 
 from bgc.algebra.dag import Dag
 from bgc.driver import compile_scene
-from bgc.ir.graph_nodes import map_graph
-from bgc.ir.program_nodes import map_program
+from bgc.ir.fields import map_nodes
 from bgc.options import Options
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -61,7 +60,7 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_all_nodes_are_moved(name: str, scene: str | None, everything: Path) -> None:
     path = MODELS / f"{name}.bg" if name else everything
     stages = compile_scene(path, Options(scene), until="slice")
-    for holder, move in ((stages.graph, map_graph), (stages.sliced, map_program)):
+    for holder in (stages.graph, stages.sliced):
         before = list(nodes_in(holder, ""))
-        after = list(nodes_in(move(holder, Dag(), lambda n: n + MOVED), ""))  # type: ignore[operator]
+        after = list(nodes_in(map_nodes(holder, Dag(), lambda n: n + MOVED), ""))  # type: ignore[operator]
         assert before and after == [n + MOVED for n in before]

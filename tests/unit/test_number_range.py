@@ -12,7 +12,7 @@ from bgc.algebra.dag import Level
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.ir.program_nodes import program_roots
+from bgc.ir.fields import nodes_of
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 
@@ -68,7 +68,7 @@ def test_every_constant_of_a_compiled_model_is_a_double(body, number):
         assert all(d.span is not None for d in err.diagnostics)
         return
     dag = program.dag
-    constants = [n for n in dag.reachable(program_roots(program)) if dag.level[n] == Level.CONST]
+    constants = [n for n in dag.reachable(nodes_of(program)) if dag.level[n] == Level.CONST]
     values = evaluate_nodes(dag, constants, {})
     assert all(map(math.isfinite, values))
     assert all(x for n, x in zip(constants, values, strict=True) if dag.value(n))

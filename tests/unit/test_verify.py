@@ -51,9 +51,9 @@ CAUSAL: dict[str, Callable[[Any], Any]] = {
     "`strokes` has": lambda c: replace(c, strokes=c.strokes[1:]),
     "does not fit": lambda c: replace(c, class_of=c.class_of[::-1]),
     "no row of N": lambda c: replace(c, flows=c.flows[1:]),
-    "eliminated or in the basis": lambda c: replace(c, basis=c.basis[1:]),
+    "eliminated or in the basis": lambda c: replace(c, steps=c.steps[1:]),
     "its own row of N": lambda c: replace(c, flows=((),) * len(c.flows)),
-    "redundant row": lambda c: replace(c, redundant=frozenset({999})),
+    "`rows` has 2 rows, none is 999": lambda c: replace(c, redundant=frozenset({999})),
 }
 PROGRAM: dict[str, Callable[[Any], Any]] = {
     "two states are called": lambda p: replace(
@@ -68,7 +68,7 @@ PROGRAM: dict[str, Callable[[Any], Any]] = {
     "the scale of": lambda p: replace(
         p, states=with_first(p.states, scale=p.dag.symbol(Kind.TIME, 0))
     ),
-    "M does not fit": lambda p: replace(p, mass=(MassEntry(0, 999, p.dag.one),)),
+    "`states` has 2 rows, none is 999": lambda p: replace(p, mass=(MassEntry(0, 999, p.dag.one),)),
 }
 LOWERED: dict[str, Callable[[Any], Any]] = {
     "not sorted": lambda w: replace(

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from bgc.algebra.dag import Op
 from bgc.algebra.table import Table
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Guard
-from bgc.ir.graph_nodes import graph_roots
 
 
 def guards_of_tables(graph: FlatGraph) -> Iterator[Guard]:
@@ -16,7 +16,7 @@ def guards_of_tables(graph: FlatGraph) -> Iterator[Guard]:
     if not dag.tables:
         return
     seen: set[tuple[int, int]] = set()
-    for node in dag.reachable(graph_roots(graph)):
+    for node in dag.reachable(nodes_of(graph)):
         if dag.op[node] not in (Op.LOOKUP, Op.PIECE):
             continue
         table, x = dag.table_of(node), dag.b[node]

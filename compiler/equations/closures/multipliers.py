@@ -23,9 +23,9 @@ from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.solving import solve_definite
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.variables.variables import Variables
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Condition, Matrix, Node
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import map_program, program_roots
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +142,9 @@ def settled(
     if kept:
         (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])
         values = none | {multipliers[k]: node for k, node in zip(kept, solution, strict=True)}
-    roots = program_roots(program)
+    roots = nodes_of(program)
     new = dict(zip(roots, dag.substitute(roots, values), strict=True))
-    return map_program(program, dag, new.__getitem__)
+    return map_nodes(program, dag, new.__getitem__)
 
 
 def connected_rows(dag: Dag, variables: Variables, responses: Responses,

@@ -22,9 +22,9 @@ from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.loops.rates import implicit_rates
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.variables.variables import Variables
+from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.program import MassEntry, Program, ProgramState
-from bgc.ir.program_nodes import map_program, program_roots
 
 
 def settle_motions(
@@ -49,10 +49,10 @@ def settle_motions(
         rate = settling.rested(states[number].derivative)
         states[number] = replace(states[number], derivative=rate)
     rested = replace(program, states=tuple(states))
-    roots = program_roots(rested)
+    roots = nodes_of(rested)
     speeds, added = settling.speeds_in(roots, states)
     settled = dict(zip(roots, program.dag.substitute(roots, speeds), strict=True))
-    return _with_states(map_program(rested, program.dag, settled.__getitem__), added)
+    return _with_states(map_nodes(rested, program.dag, settled.__getitem__), added)
 
 
 def _with_states(program: Program, added: Sequence[ProgramState]) -> Program:

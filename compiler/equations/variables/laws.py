@@ -15,6 +15,7 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.linalg import SingularMatrixError, apply, inverse, transpose
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     EnergyLaw,
     ExplicitLaw,
@@ -141,18 +142,8 @@ def _capacity_of_inertias(
     return tuple(map(tuple, whole))
 
 
-def _law_nodes(storage: Storage) -> list[Node]:
-    match storage.law:
-        case LinearLaw(matrix=matrix):
-            return [node for row in matrix for node in row]
-        case ExplicitLaw(nodes=nodes):
-            return list(nodes)
-        case EnergyLaw(energy=energy):
-            return [energy]
-
-
 def _refuse_foreign(dag: Dag, storage: Storage, own: set[Node]) -> None:
-    for node in dag.reachable(_law_nodes(storage)):
+    for node in dag.reachable(nodes_of(storage.law)):
         symbol = dag.symbol_of(node)
         if symbol is not None and dag.level[node] > Level.PARAM and node not in own:
             raise BgError(
