@@ -47,7 +47,7 @@ def find_timed_terms(program: Program, switches: Iterable[Switch]) -> tuple[Time
 def with_rates(program: Program, switches: Iterable[Switch]) -> tuple[Switch, ...]:
     """Timed switches with the derivatives of their arguments, where these do not jump.
 
-    With its derivative the range of an argument is far narrower (`runtime/c/ahead.c`). The
+    With its derivative the range of an argument is far narrower (`runtime/c/time_events.c`). The
     derivatives are added to the program's DAG.
     """
     dag = program.dag

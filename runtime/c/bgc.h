@@ -497,12 +497,12 @@ typedef struct {
     double tolerance;
     double low, fell;    /* its least absolute value, and the time of it, s */
     double grown, value; /* the time at which it had grown, s, and its value then */
-} bgc_faint_state;
+} bgc_subtolerance_state;
 
 /* Nonzero where state k did so in this run, under error control; of several times the one with the
  * least value. Rounding and local errors decide the run where the state grew by itself, and not where
  * others drove it. */
-int bgc_get_faint(const bgc_model *m, const bgc_data *d, int k, bgc_faint_state *state);
+int bgc_get_subtolerance(const bgc_model *m, const bgc_data *d, int k, bgc_subtolerance_state *state);
 
 /* --- devices ------------------------------------------------------------------------------ */
 

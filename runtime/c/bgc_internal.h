@@ -12,7 +12,7 @@
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
  *         bgc_limit_for_time             cut before a motion of time alone (timed.c)
  *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c); no look
- *                                        where ahead.c has found that there is none
+ *                                        where time_events.c has found that there is none
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
  *                                        collocation.c, with linear.c, sparse.c, blocks.c
  *                                        and complex.c;
@@ -22,10 +22,10 @@
  *         bgc_keep_consistent            algebraic equations at the end (consistent_steps.c)
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
  *         bgc_find_event                 the first change of a mode within the step (events.c,
- *                                        location.c, clear.c)
+ *                                        event_location.c, switch_margins.c)
  *         bgc_check_asserts              (evaluate.c)
  *         bgc_check_divisors             (divisors.c)
- *         bgc_follow_faint               states below their tolerance (faint.c)
+ *         bgc_follow_subtolerance        states below their tolerance (subtolerance.c)
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         bgc_choose_method              implicit, or explicit where nothing is stiff (switching.c)
@@ -190,10 +190,10 @@ void bgc_reset_divisors(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_divisors(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_blame_divisor(const bgc_model *m, bgc_data *d, bgc_status status);
 
-/* --- faint.c */
-void bgc_reset_faint(const bgc_model *m, bgc_data *d);
-void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t);
-void bgc_follow_faint_state(bgc_data *d, int i, double value, double limit, double t);
+/* --- subtolerance.c */
+void bgc_reset_subtolerance(const bgc_model *m, bgc_data *d);
+void bgc_follow_subtolerance(const bgc_model *m, bgc_data *d, double t);
+void bgc_follow_subtolerance_state(bgc_data *d, int i, double value, double limit, double t);
 
 /* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);
@@ -231,17 +231,17 @@ int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x)
 void bgc_enter_chains(const bgc_model *m, bgc_data *d);
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
 
-/* --- approach.c */
-double bgc_closest_approach(const double t[3], const double inside[3], double *least);
+/* --- switch_minima.c */
+double bgc_parabola_minimum(const double t[3], const double inside[3], double *least);
 double bgc_point_within(const double times[3], double at, const double *t);
 void bgc_narrow(double times[3], double inside[3], double at, double depth);
 int bgc_is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z);
 int bgc_is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z);
 
-/* --- clear.c */
+/* --- switch_margins.c */
 void bgc_check_within(bgc_data *d);
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h);
-int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z);
+int bgc_mark_far(const bgc_model *m, bgc_data *d, const double *const *z);
 void bgc_note_rest(bgc_data *d, int k, const double *const *z);
 
 /* --- modes.c */
@@ -272,7 +272,7 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
 
-/* --- location.c */
+/* --- event_location.c */
 
 /* Arguments are evaluated along the dense output of the step to d->next, or, those that depend on time
  * alone, with the present state. */
@@ -283,18 +283,18 @@ void bgc_evaluate_arguments(const bgc_model *m, bgc_data *d, bgc_route way, doub
 double bgc_locate_first(const bgc_model *m, bgc_data *d, bgc_route way, double low, double high,
                         const double *z_low, double *z_high);
 
-/* --- ahead.c */
+/* --- time_events.c */
 
 /* What the switches of time alone do in a step: all stay within their modes, one leaves its mode, or ranges
  * cannot tell. */
 typedef enum { BGC_STAYS, BGC_LEAVES, BGC_UNDECIDED } bgc_outlook;
 
-bgc_outlook bgc_look_ahead(const bgc_model *m, bgc_data *d, double from, double to, double *inside,
+bgc_outlook bgc_find_time_event(const bgc_model *m, bgc_data *d, double from, double to, double *inside,
                            double *outside);
 void bgc_forget_quiet(bgc_data *d);
 
 /* --- ranges.c */
-void bgc_forget_ahead(const bgc_model *m, bgc_data *d);
+void bgc_reset_time_windows(const bgc_model *m, bgc_data *d);
 
 /* --- timed.c */
 void bgc_reset_terms(const bgc_model *m, bgc_data *d);

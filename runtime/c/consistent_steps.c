@@ -80,7 +80,7 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
             return BGC_OK;
         }
         if (found.excess <= 1.0) {
-            d->core.f_ahead = 1;
+            d->core.f_at_end = 1;
             return BGC_OK;
         }
     }

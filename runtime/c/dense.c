@@ -66,10 +66,10 @@ static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
 
     if (core->t == core->t_old) {
-        if (!core->f_ahead) {
+        if (!core->f_at_end) {
             m->rhs(d->h, core->t_end, d->y1, d->u_step, d->error, d->work);
             core->counts.rhs++;
-            core->f_ahead = 1;
+            core->f_at_end = 1;
         }
         return d->error;
     }

@@ -3,7 +3,7 @@
  * Within a step every comparison, sign, rounding and kink of the model is held at its mode, so that f
  * is smooth and the method keeps its order. The dense output of the step shows whether an argument has
  * left the range of its mode, at the end or within. The first time at which one has is located
- * (location.c), the step is cut there, and the next step starts in the new modes (modes.c).
+ * (event_location.c), the step is cut there, and the next step starts in the new modes (modes.c).
  */
 #include "control.h"
 #include "switches.h"
@@ -65,7 +65,7 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     if (m->n_timed == 0) {
         return end;
     }
-    outlook = bgc_look_ahead(m, d, d->core.t, end, &inside, &outside);
+    outlook = bgc_find_time_event(m, d, d->core.t, end, &inside, &outside);
     if (outlook == BGC_STAYS) {
         d->core.skipped = 1;
         d->core.event = d->core.near_edge = 0;
@@ -89,7 +89,7 @@ static int is_next_f(const bgc_model *m, const bgc_data *d, double t) {
     const bgc_core *core = &d->core;
     const double known = m->n_input > 0 ? fmin(core->due, core->until) : core->until;
 
-    return !core->f_ahead && core->f_last_at != t && t < known - bgc_time_slack(t, core->t_old);
+    return !core->f_at_end && core->f_last_at != t && t < known - bgc_time_slack(t, core->t_old);
 }
 
 /* Evaluates the arguments at d->next, the end of the step under way, at time t; behind f, if the next step
@@ -99,7 +99,7 @@ static void evaluate_end(const bgc_model *m, bgc_data *d, double t, double *z) {
         m->rhs(d->h, t, d->next, d->u, d->error, d->work);
         m->switches_after_rhs(d->h, t, d->next, d->u, z, d->work);
         d->core.counts.rhs++;
-        d->core.f_ahead = 1;
+        d->core.f_at_end = 1;
     } else {
         m->switches(d->h, t, d->next, d->u, z, d->work);
     }
@@ -246,7 +246,7 @@ static int finds_return(const bgc_model *m, bgc_data *d, int k, const double fro
         times[j] = from[j];
         inside[j] = bgc_depth_of(m, d, k, arguments[j][k]);
     }
-    at = bgc_closest_approach(times, inside, &least);
+    at = bgc_parabola_minimum(times, inside, &least);
     if (!(least < near_part * fmax(inside[0], inside[2]))) {
         return 0;
     }
@@ -267,7 +267,7 @@ static int finds_return(const bgc_model *m, bgc_data *d, int k, const double fro
         /* The depth has a minimum elsewhere between these times if the parabola through this point falls far
          * below it. */
         bgc_narrow(times, inside, at, depth);
-        at = bgc_closest_approach(times, inside, &least);
+        at = bgc_parabola_minimum(times, inside, &least);
         if (d->ignored[k] != 0.0 || !(at > times[0] && at < times[2]) || !(least < lower_part * depth)) {
             return 0;
         }
@@ -354,7 +354,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         const int i = bgc_first_sample[j];
         z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
     }
-    if (bgc_mark_clear(m, d, z)) {
+    if (bgc_mark_far(m, d, z)) {
         return BGC_OK;
     }
     d->core.near_edge = 1;

@@ -197,7 +197,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_stiffness(m, d);
     bgc_reset_choice(m, d);
     bgc_reset_terms(m, d);
-    bgc_reset_faint(m, d);
+    bgc_reset_subtolerance(m, d);
     bgc_reset_jumps(m, d);
     bgc_scale_inner(m, d);
     core->ready = 1;

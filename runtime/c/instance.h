@@ -138,7 +138,7 @@ typedef struct {
     double sub_step;     /* wanted length of the next attempt */
 
     int f_valid, jac_valid;   /* d->f, and d->jac with d->dfdt, are those at the present */
-    int f_ahead;              /* f at the end of the step is in d->error */
+    int f_at_end;              /* f at the end of the step is in d->error */
     double f_last_at;         /* d->f_last is f at the end of the step, if it ends then; or INFINITY */
     int algebraic;            /* number of empty rows of M: algebraic equations */
     int too_coarse, halvings; /* the step under way is too long for them; fixed steps are halved
@@ -157,17 +157,17 @@ typedef struct {
     int end_checks;  /* steps that may be examined at their end only, before one is examined within */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
-    /* The times between which no switch of time alone leaves its mode: ahead.c. */
+    /* The times between which no switch of time alone leaves its mode: time_events.c. */
     double quiet_from, quiet_to;
-    double quiet_ahead; /* steps of the next window */
+    double event_window; /* steps of the next window */
     int skipped_tries;  /* steps before the next window is tried */
     int undecided;      /* steps that are left to samples since ranges could not tell, */
     int undecided_left; /* and those that are still to come */
     int skipped;        /* the arguments of switches of time alone are not those of the present */
 
-    /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
-    double clear_from, clear_to, clear_step;
-    double ahead;       /* steps that one look ahead spans */
+    /* What depends on time alone: timed.c. Between two times steps of at most resolved_step skip nothing. */
+    double resolved_from, resolved_to, resolved_step;
+    double timed_window; /* steps that one look ahead spans */
     double reach;       /* part of a step up to which its stages reach */
     int limited_by;     /* the term that limits the step under way; -1: none */
     int without_effect; /* consecutive steps that it has limited in vain */
@@ -231,20 +231,20 @@ struct bgc_data {
     double *mode;           /* n_switch: modes at the present; NaN where a switch has none */
     double *argument;       /* n_switch: arguments at the present */
     double *extent;         /* n_switch: the largest absolute value of each argument so far */
-    double *swing;          /* n_switch: the variation of each argument over a step (clear.c) */
+    double *swing;          /* n_switch: the variation of each argument over a step (switch_margins.c) */
     double *rest;           /* n_switch: how far from its edge the argument of a kink at rest there may be
-                             * by rounding; 0 where it does not rest (clear.c) */
+                             * by rounding; 0 where it does not rest (switch_margins.c) */
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */
-    double *faint_phase, *faint_from, *faint_to; /* see faint.c */
-    double *faint_low, *faint_at, *faint_entered, *faint_left;
+    double *subtol_phase, *subtol_from, *subtol_to; /* see subtolerance.c */
+    double *subtol_low, *subtol_at, *subtol_entered, *subtol_left;
     double *sampling, *instants; /* 2 n_rate: periods and offsets; n_rate: instants that have passed */
     double *turned;         /* n_switch: not 0 where the mode is that before a jump: how far the
                              * argument may lie beyond its edge by rounding (jumps.c) */
     double *holds;          /* n_jump: not 0 where the condition was true at the last event */
     double *jumped_at, *close_jumps; /* n_jump: time of the last jump, and jumps in quick succession */
-    bgc_faint_state *faint; /* n_state */
+    bgc_subtolerance_state *subtol; /* n_state */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
     bgc_range *h_range, *u_range; /* h and u as ranges: ranges.c */

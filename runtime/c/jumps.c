@@ -226,7 +226,7 @@ static bgc_status apply_resets(const bgc_model *m, bgc_data *d) {
                 return BGC_NOT_FINITE;
             }
             d->x[i] = d->reset_value[r];
-            d->faint_phase[i] = 0.0; /* a value that is given is not the rest of a decay */
+            d->subtol_phase[i] = 0.0; /* a value that is given is not the rest of a decay */
         }
     }
     return BGC_OK;

@@ -58,14 +58,14 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->close_jumps = place(&l, (size_t)m->n_jump);
 
     /* States below their tolerances, and divisors. */
-    d->faint_phase = place(&l, n);
-    d->faint_from = place(&l, n);
-    d->faint_to = place(&l, n);
-    d->faint_low = place(&l, n);
-    d->faint_at = place(&l, n);
-    d->faint_entered = place(&l, n);
-    d->faint_left = place(&l, n);
-    d->faint = (bgc_faint_state *)(void *)place(&l, n * sizeof *d->faint / sizeof(double));
+    d->subtol_phase = place(&l, n);
+    d->subtol_from = place(&l, n);
+    d->subtol_to = place(&l, n);
+    d->subtol_low = place(&l, n);
+    d->subtol_at = place(&l, n);
+    d->subtol_entered = place(&l, n);
+    d->subtol_left = place(&l, n);
+    d->subtol = (bgc_subtolerance_state *)(void *)place(&l, n * sizeof *d->subtol / sizeof(double));
     d->divisor_extent = place(&l, (size_t)m->n_divisor);
     d->divisor_slope = place(&l, (size_t)m->n_divisor);
 

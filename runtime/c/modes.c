@@ -87,7 +87,7 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
     bgc_check_within(d);
-    d->core.quiet_ahead = 16.0;
+    d->core.event_window = 16.0;
     d->core.skipped_tries = d->core.skipped = d->core.undecided = d->core.undecided_left = 0;
     bgc_forget_quiet(d);
     d->core.event_at = (double)NAN;

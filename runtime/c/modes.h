@@ -26,8 +26,8 @@ static inline number bgc_result(int operation, number z) {
     }
 }
 
-/* An argument is clear of the edge of its mode if its distance is this many times its variation. */
-static const double bgc_clear_of_edge = 2.0;
+/* An argument is far from the edge of its mode if its distance is this many times its variation. */
+static const double bgc_far_from_edge = 2.0;
 
 /* The distance of an argument from the edge of the range of its mode: negative outside. */
 static inline number bgc_depth(int operation, number mode, number z) {

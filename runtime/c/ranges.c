@@ -20,10 +20,10 @@ static void load_ranges(const bgc_model *m, bgc_data *d) {
 }
 
 /* At the start of a run, and where inputs change: nothing is known ahead. */
-void bgc_forget_ahead(const bgc_model *m, bgc_data *d) {
+void bgc_reset_time_windows(const bgc_model *m, bgc_data *d) {
     if (bgc_has_ranges(m)) {
         load_ranges(m, d);
     }
-    d->core.clear_to = -INFINITY;
+    d->core.resolved_to = -INFINITY;
     bgc_forget_quiet(d);
 }

@@ -19,7 +19,7 @@ bgc_status bgc_apply_inputs(const bgc_model *m, bgc_data *d) {
     }
     d->core.f_valid = d->core.jac_valid = 0;
     memcpy(d->u_seen, d->u, size);
-    bgc_forget_ahead(m, d);
+    bgc_reset_time_windows(m, d);
     status = bgc_settle(m, d);
     if (status == BGC_OK && m->n_jump > 0) {
         status = bgc_jump(m, d, NULL, 0.0);

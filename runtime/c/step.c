@@ -79,9 +79,9 @@ static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance
     core->t = t_new;
     core->jac_valid = 0;
     bgc_enter_chains(m, d);
-    core->f_valid = (core->f_ahead || core->f_last_at == t_new) && !core->event;
+    core->f_valid = (core->f_at_end || core->f_last_at == t_new) && !core->event;
     if (core->f_valid) {
-        memcpy(d->f, core->f_ahead ? d->error : d->f_last, size);
+        memcpy(d->f, core->f_at_end ? d->error : d->f_last, size);
     }
 
     /* Accounts, and the modes after an event. */
@@ -153,9 +153,9 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     const int judged = core->substeps > 1 && core->halvings == 0;
     const double planned = halved ? part : judged ? bgc_plan_substep(core, grid) : grid;
     const double end = core->due < planned ? before_instant(core, planned) : planned;
-    const double clear = bgc_limit_for_time(m, d, core->t, end - core->t);
+    const double resolved = bgc_limit_for_time(m, d, core->t, end - core->t);
     const double stop =
-        bgc_stop_for_switch(m, d, clear < end - core->t ? core->t + clear : end);
+        bgc_stop_for_switch(m, d, resolved < end - core->t ? core->t + resolved : end);
     const int whole = !core->step_cut && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -356,7 +356,7 @@ static int may_be_singular(const bgc_model *m, const bgc_data *d) {
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = method->error_order + 1;
-    double h, t_new, clear, stop, shorter, error;
+    double h, t_new, resolved, stop, shorter, error;
     bgc_balance balance = {0};
     bgc_status status;
     int bad, sampled;
@@ -386,9 +386,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (core->rejected && bgc_is_too_short(core->t, h)) {
         return core->reason;
     }
-    clear = bgc_limit_for_time(m, d, core->t, h);
-    if (clear < h) {
-        h = clear;
+    resolved = bgc_limit_for_time(m, d, core->t, h);
+    if (resolved < h) {
+        h = resolved;
         t_new = core->t + h;
     }
     stop = bgc_stop_for_switch(m, d, t_new);
@@ -464,7 +464,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (core->limited_by >= 0) {
         memcpy(d->f_before, d->f, (size_t)m->n_state * sizeof *d->f);
     }
-    bgc_follow_faint(m, d, t_new);
+    bgc_follow_subtolerance(m, d, t_new);
     core->counts.controlled_steps += (double)powf((float)fmin(error, 1.0), (float)(1.0 / q));
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
@@ -482,7 +482,7 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = bgc_present_method(&d->core);
     bgc_status status;
 
-    d->core.f_ahead = d->core.too_coarse = d->core.passes_singular = d->core.left = 0;
+    d->core.f_at_end = d->core.too_coarse = d->core.passes_singular = d->core.left = 0;
     d->core.f_last_at = INFINITY;
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);

@@ -7,12 +7,12 @@
 
 #include <math.h>
 
-static const double bgc_rest_margin = 100.0; /* by which a kink at rest may vary more than it did (clear.c) */
+static const double bgc_rest_margin = 100.0; /* by which a kink at rest may vary more than it did (switch_margins.c) */
 static const double bgc_noise_factor = 4.0; /* changes below this many state tolerances are noise */
 
-/* d->ignored in the step under way: the change of a kink is negligible; a switch is clear of the edge of its
+/* d->ignored in the step under way: the change of a kink is negligible; a switch is far from the edge of its
  * mode. */
-static const double bgc_released = 2.0, bgc_marked_clear = 4.0;
+static const double bgc_released = 2.0, bgc_marked_far = 4.0;
 
 /* The result of an operation; a NaN of an undefined argument: kernels compare then, and an undefined
  * law that is not guarded makes f undefined. */
@@ -37,7 +37,7 @@ static inline int bgc_is_outside(const bgc_model *m, const bgc_data *d, int k, d
     return !isnan(mode) && !isnan(z) && bgc_value_of(operation, z) != mode;
 }
 
-/* The same, but for switches whose change is negligible in the step under way, or which are clear. */
+/* The same, but for switches whose change is negligible in the step under way, or which are far from it. */
 static inline int bgc_has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
     return d->ignored[k] == 0.0 && bgc_is_outside(m, d, k, z);
 }

@@ -1,11 +1,11 @@
-/* timed.c: steps that what depends on time alone does not hide from.
+/* timed.c: limits steps so that sources in time are not skipped.
  *
  * Error control compares a few stages of a step, and a pulse between two of them stays unseen. The
  * terms of the rates that depend on time alone are looked at without integrating: interval arithmetic
  * bounds each term and its derivative over a window of times. A step of length h misses nothing where
  * h max|g'| is at most a few times the variation of g, or where g does not vary. One look ahead serves
  * the steps of a whole window; only where it does not, the step itself is looked at, in pieces from its
- * start, and ends before the first piece that is not clear.
+ * start, and ends before the first piece that a step does not resolve.
  *
  * A term that goes on to limit steps although f hardly changes over them is given more room: error
  * control has judged that its motion does not matter.
@@ -21,11 +21,11 @@ static const double fixed_resolution = 0.25; /* and a fixed step has no error es
 static const double still = 1e-9;           /* a variation below this part of the largest, before or
                                              * in a window ahead, is none */
 static const double small_part = 0.01;      /* of the largest variation, that also counts as one */
-static const double near_enough = 1.0 / 32; /* of a clear stretch: where the step ends before a motion */
+static const double near_enough = 1.0 / 32; /* of a resolved stretch: where the step ends before a motion */
 static const double no_effect = 0.1;        /* change of f in a limited step, over the tolerances */
-enum { MOST_PIECES = 200, LEAST_AHEAD = 4, MOST_AHEAD = 1024, PATIENCE = 16, MOST_CUTS = 64, CUTS_IN_A_ROW = 8 };
+enum { MOST_PIECES = 200, LEAST_WINDOW = 4, MOST_WINDOW = 1024, PATIENCE = 16, MOST_CUTS = 64, CUTS_IN_A_ROW = 8 };
 
-/* What a piece of time allows: the longest clear step, and the term that limits it. */
+/* What a piece of time allows: the longest resolved step, and the term that limits it. */
 typedef struct {
     double step;
     int term, unknown;
@@ -48,12 +48,12 @@ void bgc_reset_terms(const bgc_model *m, bgc_data *d) {
         d->variation[k] = 0.0;
         d->patience[k] = 1.0;
     }
-    core->ahead = 16.0;
+    core->timed_window = 16.0;
     core->reach = reach_of(&bgc_methods[core->method]);
     core->limited_by = -1;
     core->without_effect = core->cuts = core->cuts_in_a_row = 0;
     core->cut_tick = -1;
-    bgc_forget_ahead(m, d);
+    bgc_reset_time_windows(m, d);
 }
 
 static void evaluate_terms(const bgc_model *m, bgc_data *d, double from, double to) {
@@ -102,10 +102,10 @@ static void compare_with_these(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Examines many steps of length h from t at once; returns whether all of them are clear. */
-static int is_clear_ahead(const bgc_model *m, bgc_data *d, double t, double h) {
+/* Examines many steps of length h from t at once; returns whether all of them resolve what acts within. */
+static int is_window_resolved(const bgc_model *m, bgc_data *d, double t, double h) {
     bgc_core *core = &d->core;
-    const double end = t + core->ahead * core->reach * h;
+    const double end = t + core->timed_window * core->reach * h;
     allowance allowed;
 
     evaluate_terms(m, d, t, end);
@@ -115,20 +115,20 @@ static int is_clear_ahead(const bgc_model *m, bgc_data *d, double t, double h) {
     }
     allowed = find_allowance(m, d);
     if (allowed.step < h) {
-        core->ahead = fmax(LEAST_AHEAD, core->ahead / 4.0);
+        core->timed_window = fmax(LEAST_WINDOW, core->timed_window / 4.0);
         return 0;
     }
     remember_variations(m, d);
-    core->clear_from = t;
-    core->clear_to = end;
-    core->clear_step = allowed.step;
-    core->ahead = fmin(2.0 * core->ahead, MOST_AHEAD);
+    core->resolved_from = t;
+    core->resolved_to = end;
+    core->resolved_step = allowed.step;
+    core->timed_window = fmin(2.0 * core->timed_window, MOST_WINDOW);
     return 1;
 }
 
-/* The part of a step of length h from t that is clear, or whose motion it resolves; sets
+/* The part of a step of length h from t that needs no cut, or whose motion it resolves; sets
  * core->limited_by to the term that limits it there. */
-static double clear_part(const bgc_model *m, bgc_data *d, double t, double h) {
+static double resolved_part(const bgc_model *m, bgc_data *d, double t, double h) {
     const double reach = d->core.reach, end = t + reach * h;
     double at = t, piece = end - t;
 
@@ -190,11 +190,11 @@ double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h) {
 
     core->limited_by = -1;
     if (m->n_term == 0 || !(h > 0.0) ||
-        (t >= core->clear_from && t + core->reach * h <= core->clear_to + 1e-9 * h && h <= core->clear_step) ||
-        is_clear_ahead(m, d, t, h)) {
+        (t >= core->resolved_from && t + core->reach * h <= core->resolved_to + 1e-9 * h && h <= core->resolved_step) ||
+        is_window_resolved(m, d, t, h)) {
         return h;
     }
-    part = clear_part(m, d, t, h);
+    part = resolved_part(m, d, t, h);
     if (part < h && !bgc_is_adaptive(&bgc_methods[core->method]) && !may_cut(d)) {
         return h;
     }

@@ -54,7 +54,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_save": (c_int, (c_void_p,)),
     "bgc_restore": (c_int, (c_void_p,)),
     "bgc_next_held": (c_int, (_Doubles, _Doubles)),
-    "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
+    "bgc_get_subtolerance": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
     "bgc_device_handle": (c_void_p, (c_int,)),
@@ -374,7 +374,7 @@ class Instance:
     def faint(self, index: int) -> FaintState | None:
         """Report how a state fell below its tolerance and grew again in this run."""
         found = FaintState()
-        return found if self._call("bgc_get_faint", index, byref(found)) else None
+        return found if self._call("bgc_get_subtolerance", index, byref(found)) else None
 
     def rhs(self) -> tuple[Status, Array]:
         """f of M y' = f at the present time and state."""

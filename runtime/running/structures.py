@@ -202,7 +202,7 @@ class CountsStruct(ctypes.Structure):
 
 
 class FaintState(ctypes.Structure):
-    """`bgc_faint_state`."""
+    """`bgc_subtolerance_state`."""
 
     _fields_: ClassVar[_Fields] = [
         (name, c_double) for name in ("tolerance", "low", "fell", "grown", "value")

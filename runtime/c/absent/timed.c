@@ -3,7 +3,7 @@
 
 void bgc_reset_terms(const bgc_model *m, bgc_data *d) {
     d->core.limited_by = -1;
-    bgc_forget_ahead(m, d);
+    bgc_reset_time_windows(m, d);
 }
 
 double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h) {

@@ -331,7 +331,7 @@ bgc_fmi_status bgc_fmi_handle_events(bgc_fmi *i, int *states_changed, double *ne
     if (status == BGC_OK && m->n_input > 0 &&
         memcmp(d->u, d->u_seen, (size_t)m->n_input * sizeof *d->u) != 0) {
         memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
-        bgc_forget_ahead(m, d);
+        bgc_reset_time_windows(m, d);
     }
 
     /* New modes with the jumps that follow, and consistent values. */

@@ -36,7 +36,7 @@ static bgc_status apply_parameters(bgc_fmi *i) {
     core->f_valid = core->jac_valid = core->held = 0;
     core->dense = BGC_NO_DENSE;
     core->energy_scale = -1.0;
-    bgc_forget_ahead(m, d);
+    bgc_reset_time_windows(m, d);
     status = bgc_settle(m, d);
     if (status == BGC_OK && m->n_jump > 0) {
         status = bgc_jump(m, d, NULL, 0.0);

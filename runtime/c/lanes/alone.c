@@ -96,7 +96,7 @@ static unsigned look_at_timed(bgc_batch *b) {
         double inside, outside;
         bgc_outlook outlook;
         if (is_among(b->active, l)) {
-            outlook = bgc_look_ahead(b->m, b->instance[l], b->t_old, b->t, &inside, &outside);
+            outlook = bgc_find_time_event(b->m, b->instance[l], b->t_old, b->t, &inside, &outside);
             b->single |= outlook == BGC_LEAVES ? 1u << l : 0u;
             undecided |= outlook == BGC_UNDECIDED ? 1u << l : 0u;
         }
@@ -171,7 +171,7 @@ void bgc_batch_watch_switches(bgc_batch *b) {
             evaluate_sample(b, i);
         }
     }
-    if (find_near(b, timed, 0, bgc_clear_of_edge) == 0) {
+    if (find_near(b, timed, 0, bgc_far_from_edge) == 0) {
         return;
     }
     b->near_edge = 1;

@@ -70,8 +70,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->shifted = place(&at, n);
     b->shifted_f = place(&at, n);
     b->noise = place(&at, n);
-    b->faint_from = place(&at, n);
-    b->faint_to = place(&at, n);
+    b->subtol_from = place(&at, n);
+    b->subtol_to = place(&at, n);
     b->spare_row = (double *)place(&at, m->n_output + 4);
     b->work = place(&at, b->kernel->n_work);
     return at.used;
@@ -121,8 +121,8 @@ static void load_instances(bgc_batch *b, int count) {
     gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
     gather(b, count, (size_t)bgc_unknowns(m), b->scale, offsetof(bgc_data, scale));
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
-    gather(b, count, n, b->faint_from, offsetof(bgc_data, faint_from));
-    gather(b, count, n, b->faint_to, offsetof(bgc_data, faint_to));
+    gather(b, count, n, b->subtol_from, offsetof(bgc_data, subtol_from));
+    gather(b, count, n, b->subtol_to, offsetof(bgc_data, subtol_to));
     bgc_batch_load_inputs(b, count);
 
     /* Lanes that join, and their accounts. */

@@ -3,7 +3,7 @@
  * The order of calls is that of bgc_internal.h: bgc_run_lanes (batch.c) loads the instances and calls
  * bgc_batch_attempt (lockstep.c) up to the time of each row, which bgc_batch_advance (lane_stages.c)
  * and bgc_batch_interpolate (lane_rows.c) serve. alone.c handles devices and events, one instance at
- * a time. lane_switching.c chooses the method. lane_corrections.c, lane_rounding.c and lane_faint.c note
+ * a time. lane_switching.c chooses the method. lane_corrections.c, lane_rounding.c and lane_subtolerance.c note
  * what runs are warned of.
  */
 #ifndef BGC_BATCH_H
@@ -76,7 +76,7 @@ typedef struct {
     lane *resolved;          /* and the largest corrections that show nothing */
     lane *shifted, *shifted_f, *noise; /* a perturbed attempt: x, f, its error estimate */
     lane rounding, largest_rounding;   /* as in bgc_counts */
-    lane *faint_from, *faint_to;       /* as in bgc_data */
+    lane *subtol_from, *subtol_to;       /* as in bgc_data */
 
     const double *times;     /* of all rows */
     double *const *rows;     /* of each instance */
@@ -145,9 +145,9 @@ void bgc_batch_try_perturbed(bgc_batch *b, double h);
 void bgc_batch_judge_rounding(bgc_batch *b, lane errors);
 void bgc_batch_report_rounding(const bgc_batch *b, int l, bgc_counts *counts);
 
-/* --- lane_faint.c */
-void bgc_batch_load_faint(bgc_batch *b, int l, const bgc_data *d);
-void bgc_batch_follow_faint(bgc_batch *b);
+/* --- lane_subtolerance.c */
+void bgc_batch_load_subtolerance(bgc_batch *b, int l, const bgc_data *d);
+void bgc_batch_follow_subtolerance(bgc_batch *b);
 
 /* --- lockstep.c */
 void bgc_batch_attempt(bgc_batch *b);

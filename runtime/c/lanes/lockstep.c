@@ -100,8 +100,8 @@ static void release_moving(bgc_batch *b, double h) {
     }
 }
 
-/* The length of a step, at most h, that is clear in every lane. */
-static double clear_of_all(const bgc_batch *b, double h) {
+/* The length of a step, at most h, that resolves sources in time in every lane. */
+static double resolved_by_all(const bgc_batch *b, double h) {
     for (int l = 0; l < BGC_LANE_WIDTH && b->m->n_term > 0; l++) {
         if ((b->active >> l & 1u) != 0) {
             h = fmin(h, bgc_limit_for_time(b->m, b->instance[l], b->t, h));
@@ -221,7 +221,7 @@ static void attempt_adaptive(bgc_batch *b) {
     const double due = b->option->period > 0.0
                            ? b->option->origin + (double)b->sample * b->option->period
                            : (double)INFINITY;
-    double h, t_new, clear, error = bgc_least_error;
+    double h, t_new, resolved, error = bgc_least_error;
     bgc_lane_balance balance;
     lane errors;
     int sampled;
@@ -239,9 +239,9 @@ static void attempt_adaptive(bgc_batch *b) {
     }
     h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
     h = bgc_limit_step(b->t, h, due, &t_new);
-    clear = clear_of_all(b, h);
-    if (clear < h) {
-        h = clear;
+    resolved = resolved_by_all(b, h);
+    if (resolved < h) {
+        h = resolved;
         t_new = b->t + h;
     }
     if (b->rejected && bgc_is_too_short(b->t, h)) {
@@ -292,7 +292,7 @@ static void attempt_adaptive(bgc_batch *b) {
     bgc_batch_watch_pulses(b);
     bgc_batch_choose_method(b, h);
     accept(b, &balance);
-    bgc_batch_follow_faint(b);
+    bgc_batch_follow_subtolerance(b);
 }
 
 /* One attempt at a step of all lanes. */

@@ -1,4 +1,4 @@
-/* faint.c: states that fall below their tolerance and grow again by orders of magnitude.
+/* subtolerance.c: states that fall below their tolerance and grow again by orders of magnitude.
  *
  * Below its tolerance error control does not see a state: a decay over many decades may end anywhere,
  * also with the wrong sign. Where the state then grows by an instability of its own, the run depends
@@ -31,7 +31,7 @@ static void enter(bgc_data *d, int i, int phase, double limit) {
         to = -1.0;
         break;
     case BELOW:
-        from = d->faint_low[i] / limit;
+        from = d->subtol_low[i] / limit;
         to = 1.0;
         break;
     case GROWING:
@@ -41,52 +41,52 @@ static void enter(bgc_data *d, int i, int phase, double limit) {
     default:
         break;
     }
-    d->faint_phase[i] = phase;
-    d->faint_from[i] = from;
-    d->faint_to[i] = to;
+    d->subtol_phase[i] = phase;
+    d->subtol_from[i] = from;
+    d->subtol_to[i] = to;
 }
 
 /* Forgets all states that fell. */
-void bgc_reset_faint(const bgc_model *m, bgc_data *d) {
+void bgc_reset_subtolerance(const bgc_model *m, bgc_data *d) {
     for (int i = 0; i < m->n_state; i++) {
         enter(d, i, NEVER_ABOVE, 0.0);
-        d->faint[i].grown = -INFINITY;
-        d->faint[i].low = INFINITY;
+        d->subtol[i].grown = -INFINITY;
+        d->subtol[i].low = INFINITY;
     }
 }
 
 /* Follows state i with a value at t that is beyond the multiples of its tolerance between which nothing
  * happens to it. One step below its tolerance may be a passage through zero; two are not. */
-void bgc_follow_faint_state(bgc_data *d, int i, double value, double limit, double t) {
+void bgc_follow_subtolerance_state(bgc_data *d, int i, double value, double limit, double t) {
     const double size = fabs(value);
-    const int before = (int)d->faint_phase[i];
-    bgc_faint_state *found = d->faint + i;
+    const int before = (int)d->subtol_phase[i];
+    bgc_subtolerance_state *found = d->subtol + i;
     int phase = before;
 
     if (before == NEVER_ABOVE) {
         phase = size > well_above * limit ? ABOVE : before;
     } else if (size < limit) {
         if (before == ABOVE) {
-            d->faint_low[i] = INFINITY;
-            d->faint_entered[i] = t;
+            d->subtol_low[i] = INFINITY;
+            d->subtol_entered[i] = t;
         }
-        if (size < d->faint_low[i]) {
-            d->faint_low[i] = size;
-            d->faint_at[i] = t;
+        if (size < d->subtol_low[i]) {
+            d->subtol_low[i] = size;
+            d->subtol_at[i] = t;
         }
         phase = before == ABOVE ? BELOW_ONCE : BELOW;
     } else if (before == BELOW_ONCE) {
         phase = ABOVE;
     } else if (before == BELOW) {
         phase = GROWING;
-        d->faint_left[i] = t;
+        d->subtol_left[i] = t;
     }
     enter(d, i, phase, limit);
-    if (phase == GROWING && size > d->faint_to[i] * limit) {
-        const double below = d->faint_left[i] - d->faint_entered[i], low = d->faint_low[i];
+    if (phase == GROWING && size > d->subtol_to[i] * limit) {
+        const double below = d->subtol_left[i] - d->subtol_entered[i], low = d->subtol_low[i];
         enter(d, i, ABOVE, limit);
-        if (t - d->faint_left[i] <= linear * below && low < found->low) {
-            *found = (bgc_faint_state){limit, low, d->faint_at[i], t, value};
+        if (t - d->subtol_left[i] <= linear * below && low < found->low) {
+            *found = (bgc_subtolerance_state){limit, low, d->subtol_at[i], t, value};
         }
     }
 }
@@ -102,14 +102,14 @@ static inline void count_changes(const double *restrict x, const double *restric
 }
 
 /* After a step under error control to d->next at t. */
-void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
+void bgc_follow_subtolerance(const bgc_model *m, bgc_data *d, double t) {
     const double atol = d->core.atol;
     const double part = atol > 0.0 ? 0.0 : d->core.rtol * d->core.counts.scale_reached;
     double count[BGC_LANES] = {0.0}, all = 0.0;
 
     /* In most steps nothing happens; padding is zero. */
     for (size_t i = 0; i < bgc_padded(m->n_state); i += BGC_LANES) {
-        count_changes(d->next + i, d->scale + i, d->faint_from + i, d->faint_to + i, atol, part,
+        count_changes(d->next + i, d->scale + i, d->subtol_from + i, d->subtol_to + i, atol, part,
                       count);
     }
     for (int l = 0; l < BGC_LANES; l++) {
@@ -120,16 +120,16 @@ void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
     }
     for (int i = 0; i < m->n_state; i++) {
         const double size = fabs(d->next[i]), limit = atol + part * d->scale[i];
-        if (size < d->faint_from[i] * limit || size > d->faint_to[i] * limit) {
-            bgc_follow_faint_state(d, i, d->next[i], limit, t);
+        if (size < d->subtol_from[i] * limit || size > d->subtol_to[i] * limit) {
+            bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
         }
     }
 }
 
-int bgc_get_faint(const bgc_model *m, const bgc_data *d, int k, bgc_faint_state *state) {
-    if (k < 0 || k >= m->n_state || d->faint[k].grown == -(double)INFINITY) {
+int bgc_get_subtolerance(const bgc_model *m, const bgc_data *d, int k, bgc_subtolerance_state *state) {
+    if (k < 0 || k >= m->n_state || d->subtol[k].grown == -(double)INFINITY) {
         return 0;
     }
-    *state = d->faint[k];
+    *state = d->subtol[k];
     return 1;
 }

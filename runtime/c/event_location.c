@@ -1,4 +1,4 @@
-/* location.c: the time of the first event between two times.
+/* event_location.c: the time of the first event between two times.
  *
  * One of them is known to be within all modes, the other outside one of them.
  */

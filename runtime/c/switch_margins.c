@@ -1,4 +1,4 @@
-/* clear.c: switches that stay clear of the edge of their mode during a step.
+/* switch_margins.c: switches that stay far from the edge of their mode during a step.
  *
  * Most steps come near to no edge. An argument that is farther from the edge than it varies between a few
  * samples of the step needs no closer look. Where it is much farther away than it has varied in the steps
@@ -15,7 +15,7 @@
 
 #include <math.h>
 
-static const double far_from_edge[] = {0x1p4, 0x1p8, 0x1p12, 0x1p16}; /* times the variation of steps before */
+static const double far_margins[] = {0x1p4, 0x1p8, 0x1p12, 0x1p16}; /* times the variation of steps before */
 static const double rounding_part = 1e-10; /* of the largest argument so far: less is rounding */
 enum { END_CHECKS = 31 }; /* steps that are examined at their end only, before one is examined within */
 
@@ -66,7 +66,7 @@ void bgc_note_rest(bgc_data *d, int k, const double *const *z) {
 int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) {
     const double last = d->core.counts.last_step, growth = h > last ? h / last : 1.0;
     const int eights = (END_CHECKS - d->core.end_checks) / 8; /* of steps since the last look within */
-    const double far = far_from_edge[eights];
+    const double far = far_margins[eights];
     int resting = 0;
 
     if (d->core.end_checks == 0 || !(last > 0.0)) {
@@ -94,18 +94,18 @@ int bgc_are_all_far(const bgc_model *m, bgc_data *d, const double *z, double h) 
     return 1;
 }
 
-/* Marks the switches that are clear of the edge of their mode, by the arguments z at the start of a step and
+/* Marks the switches that are far from the edge of their mode, by the arguments z at the start of a step and
  * its first samples: farther away than they vary, or constant within their mode, be it on the edge (a
- * valve that rests on its seat); and those of time alone that stay within their modes (ahead.c). Returns
+ * valve that rests on its seat); and those of time alone that stay within their modes (time_events.c). Returns
  * whether all are. */
-int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
+int bgc_mark_far(const bgc_model *m, bgc_data *d, const double *const *z) {
     const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
     const double *z3 = z[bgc_first_sample[2]];
     const int first = d->core.skipped ? m->n_timed : 0;
-    int all_clear = 1;
+    int all_far = 1;
 
     for (int k = 0; k < first; k++) {
-        d->ignored[k] = bgc_marked_clear;
+        d->ignored[k] = bgc_marked_far;
     }
     for (int k = first; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
@@ -113,17 +113,17 @@ int bgc_mark_clear(const bgc_model *m, bgc_data *d, const double *const *z) {
         const double low = smaller(smaller(z[0][k], z1[k]), smaller(z2[k], z3[k]));
         const double high = larger(larger(z[0][k], z1[k]), larger(z2[k], z3[k]));
         const double nearest = bgc_lesser_depth(operation, mode, low, high);
-        const int clear = !isnan(all) && !isnan(mode) &&
-                          (nearest > bgc_clear_of_edge * (high - low) ||
+        const int far = !isnan(all) && !isnan(mode) &&
+                          (nearest > bgc_far_from_edge * (high - low) ||
                            (low == high && !bgc_is_outside(m, d, k, high)));
-        if (!clear) {
-            all_clear = 0;
+        if (!far) {
+            all_far = 0;
         } else if (d->ignored[k] == 0.0) {
-            d->ignored[k] = bgc_marked_clear;
+            d->ignored[k] = bgc_marked_far;
         }
         d->swing[k] = high - low;
         d->rest[k] = 0.0;
     }
     d->core.end_checks = END_CHECKS;
-    return all_clear;
+    return all_far;
 }

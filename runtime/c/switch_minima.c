@@ -1,4 +1,4 @@
-/* approach.c: what the samples of a step show of the arguments of switches between them. */
+/* switch_minima.c: what the samples of a step show of the arguments of switches between them. */
 #include "switches.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@ static const double outside_part = 0.25, inside_part = 0.1; /* of an interval be
 
 /* The time of the minimum of the parabola through three depths, and its depth; a NaN and INFINITY where it
  * has none. */
-double bgc_closest_approach(const double t[3], const double inside[3], double *least) {
+double bgc_parabola_minimum(const double t[3], const double inside[3], double *least) {
     const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
     const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
     const double curvature = (right - left) / (t[2] - t[0]);

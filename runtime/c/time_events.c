@@ -1,4 +1,4 @@
-/* ahead.c: the first time at which a switch of time alone leaves its mode.
+/* time_events.c: the first time at which a switch of time alone leaves its mode.
  *
  * Interval arithmetic bounds the arguments of these switches over a stretch of time. Where all stay within
  * their modes over a window of many steps, the steps of the window need no look at them. A step without such
@@ -94,16 +94,16 @@ static bgc_outlook look_at(const bgc_model *m, bgc_data *d, double from, double 
  * in it. */
 static int is_quiet(const bgc_model *m, bgc_data *d, double from, double to) {
     bgc_core *core = &d->core;
-    const double end = from + core->quiet_ahead * (to - from);
+    const double end = from + core->event_window * (to - from);
 
     if (!all_stay(m, d, from, end)) {
-        core->skipped_tries = core->quiet_ahead > 1.0 ? 0 : SKIPPED_TRIES;
-        core->quiet_ahead = fmax(core->quiet_ahead / 4.0, 1.0);
+        core->skipped_tries = core->event_window > 1.0 ? 0 : SKIPPED_TRIES;
+        core->event_window = fmax(core->event_window / 4.0, 1.0);
         return 0;
     }
     core->quiet_from = from;
     core->quiet_to = end;
-    core->quiet_ahead = fmin(2.0 * core->quiet_ahead, LONGEST_WINDOW);
+    core->event_window = fmin(2.0 * core->event_window, LONGEST_WINDOW);
     return 1;
 }
 
@@ -161,7 +161,7 @@ void bgc_forget_quiet(bgc_data *d) {
 
 /* What the switches of time alone do in a step: the end of the bracket of their first event is outside the mode of
  * one of them. A new window is examined from time to time. */
-bgc_outlook bgc_look_ahead(const bgc_model *m, bgc_data *d, double from, double to, double *inside,
+bgc_outlook bgc_find_time_event(const bgc_model *m, bgc_data *d, double from, double to, double *inside,
                            double *outside) {
     bgc_core *core = &d->core;
     bgc_outlook outlook;
