@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from modules import file_of, picture_of
 from pages import Page
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "bench"))
@@ -39,10 +40,10 @@ def paper() -> list[Page]:
         "",
     ]
     for number, subject, name in _PAPER:
-        anchor = name.rpartition(".")[0].replace(".", "")
+        module, _, part = name.rpartition(".")
         lines += [f"## Fig. {number}: {subject}", ""]
-        lines += [f"{name} of [the library](library/README.md#{anchor})", ""]
-        lines += [f"![Bond graph of {name}](library/pictures/{name}.svg)", ""]
+        lines += [f"[{name}](library/{file_of(module)}#{part})", ""]
+        lines += [f'<img alt="Bond graph of {name}" src="{picture_of(name)}">', ""]
     lines += [
         "## Fig. 11 and 12: the operator lifts a load",
         "",

@@ -19,8 +19,9 @@ from pathlib import Path
 
 from check_links import broken_links
 from figures import benchmarks, paper
+from modules import library_pages
 from notebook import notebook_page
-from pages import Links, Page, anchors_of, one_page, pages_by_heading, written
+from pages import Links, Page, anchors_of, one_page, written
 from python_api import python_pages
 
 from bgc.diagnostics.catalogue.pages import topics
@@ -68,7 +69,7 @@ def write_pages(
         "bgc": _home(),
         "Tutorials": _tutorials(),
         "Manual": _manual(),
-        "Library": _library(),
+        "Library": library_pages(docs),
         "Python": python_pages(),
         "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
         "Figures of the paper": paper(),
@@ -121,13 +122,6 @@ def _manual() -> list[Page]:
     for title, file in re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", index, re.MULTILINE):
         pages += one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
     return pages
-
-
-def _library() -> list[Page]:
-    source = "library/README.md"
-    first = Page("library/index.md", "Overview", source)
-    path = lambda title, _: f"library/{title.replace('.', '/')}.md"  # noqa: E731
-    return pages_by_heading(source, _read(source), first, path)
 
 
 def _diagnostics() -> list[Page]:

@@ -45,28 +45,6 @@ def one_page(path: str, title: str, source: str, text: str) -> list[Page]:
     return [Page(path, title, source, text.splitlines())]
 
 
-def pages_by_heading(
-    source: str, text: str, first: Page, path_of: Callable[[str, str], str]
-) -> list[Page]:
-    """Split a file at its headings of the second level.
-
-    `path_of` returns the path of a page from its title and anchor. What stands before the first
-    of these headings is `first`, and so is the list of contents.
-    """
-    pages = [first]
-    anchors = _Anchors()
-    for line, is_code in _with_code(text.splitlines()):
-        heading = None if is_code else _HEADING.match(line)
-        anchor = anchors.next(heading[2]) if heading else ""
-        if heading and len(heading[1]) == 2 and heading[2] != "Contents":
-            pages.append(Page(path_of(heading[2], anchor), _plain(heading[2]), source))
-        if heading:  # the anchor is that of the whole file, to which links point
-            level = heading[1] if pages[-1] is first else heading[1][1:]
-            line = f"{level} {heading[2]} {{#{anchor}}}"
-        pages[-1].lines.append(line)
-    return pages
-
-
 def anchors_of(pages: list[Page]) -> Iterator[tuple[str, str]]:
     """Return `file.md#anchor` and the place in the site of each heading."""
     for page in pages:
@@ -132,10 +110,6 @@ def _target(link: str, page: Page, links: Links) -> str:
     target, _, anchor = found.partition("#")
     relative = os.path.relpath(target, PurePosixPath(page.path).parent)
     return f"{relative}#{anchor}" if anchor else relative
-
-
-def _plain(title: str) -> str:
-    return title.replace("`", "")
 
 
 class _Anchors:

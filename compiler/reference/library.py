@@ -99,11 +99,11 @@ def _summaries() -> dict[str, str]:
 def entry(name: str) -> Entry:
     """Describe a module, `crane.beam`, or a declaration, `crane.beam.Beam`."""
     if name in library_modules():
-        file = _read(name)
+        file = read(name)
         described = file_entry(file, name, "library module")
         return replace(described, body=(Code(f"import {name};"), *described.body))
     module, _, last = name.rpartition(".")
-    file = _read(module)
+    file = read(module)
     found = next(d for d in file.file.declarations if d.name == last)
     fits = fitting(name)
     place = f"Source: library/{module.replace('.', '/')}.bg (`import {module};`)."
@@ -119,7 +119,8 @@ def entry(name: str) -> Entry:
     )
 
 
-def _read(module: str) -> Module:
+@cache
+def read(module: str) -> Module:
     """Read a module with what it imports."""
     # Lark, which takes 40 ms to import, parses: most look-ups are of other names.
     from bgc.resolution.resolve import load

@@ -31,12 +31,6 @@ _SHORTEST = 3  # letters of a word that is searched for
 @click.command()
 @click.argument("names", nargs=-1, metavar="[GROUP | FILE.bg] [NAME]")
 @click.option(
-    "--library",
-    "whole_library",
-    is_flag=True,
-    help="Write README.md of the library, and a picture of each part (needs Graphviz).",
-)
-@click.option(
     "--gallery",
     is_flag=True,
     help="Write a page that runs its model for each scene of FILES (by default of the library), "
@@ -45,10 +39,9 @@ _SHORTEST = 3  # letters of a word that is searched for
 @click.option(
     "--out",
     metavar="DIR",
-    help="Folder for --library, by default the library's own, or for --gallery, by default "
-    "`gallery`.",
+    help="Folder for --gallery, by default `gallery`.",
 )
-def doc(names: tuple[str, ...], whole_library: bool, gallery: bool, out: str | None) -> None:
+def doc(names: tuple[str, ...], gallery: bool, out: str | None) -> None:
     """Show the documentation of a name.
 
     NAME is an element (TF), a word of the language (observe), a function (sin), a unit (bar), a
@@ -56,17 +49,11 @@ def doc(names: tuple[str, ...], whole_library: bool, gallery: bool, out: str | N
     (BG301) or a chapter of the manual (scenes). GROUP is one of elements, words, functions, units,
     methods, library, diagnostics, manual. Without arguments, list all names.
     """
-    if gallery and not whole_library:
+    if gallery:
         _write_gallery(names, Path(out or "gallery"))
-        return
-    if whole_library or out is not None:
-        if names or gallery or not whole_library:
-            raise click.UsageError(
-                "--library takes no names and no --gallery, and --out needs one of them"
-            )
-        _write_library(out)
-        return
-    if not names:
+    elif out is not None:
+        raise click.UsageError("--out needs --gallery")
+    elif not names:
         _list_groups()
     elif names[0].endswith(".bg"):
         _show_file(names)
@@ -138,14 +125,6 @@ def _show_file(names: tuple[str, ...]) -> None:
     print_entries(
         [declaration_entry(by_name[name], root, name, f"Declared in {file}.") for name in wanted]
     )
-
-
-def _write_library(out: str | None) -> None:
-    # Jinja2 and Lark, which all else does without.
-    from bgc.runtime.documents.library import write_library
-
-    for path in write_library(None if out is None else Path(out)):
-        click.echo(path)
 
 
 def _write_gallery(names: tuple[str, ...], folder: Path) -> None:

@@ -1,26 +1,33 @@
-"""The reference page of the library: its texts, graphs, pictures and links."""
+"""The library's documentation: its texts, its list, and the pages that the site makes of it."""
 
 import re
-from functools import cache
+import sys
+from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from bgc.grammar import syntax
 from bgc.reference import parts
 from bgc.reference.library import declarations
-from bgc.resolution.library import library_modules, module_path
+from bgc.resolution.library import library_folder, library_modules, module_path
 from bgc.resolution.resolve import load
-from bgc.runtime.cli.app import application
-from bgc.runtime.documents import library
+
+ROOT = Path(__file__).parents[2]
+if not (ROOT / ".site").is_dir():
+    pytest.skip("not a checkout", allow_module_level=True)
+sys.path.insert(0, str(ROOT / ".site"))
+
+from modules import holds_parts, library_list, library_pages, part_graphs  # noqa: E402
+
+LIST = ROOT / "library" / "README.md"
+MOST_WORDS = 6000  # of a page
 
 
 def documented_models() -> list[str]:
     return [
         d.full_name
         for d in declarations()
-        if d.kind in {"model", "interface"}
-        and d.module.partition(".")[0] not in {"examples", "scenes"}
+        if d.kind in {"model", "interface"} and holds_parts(d.module)
     ]
 
 
@@ -50,75 +57,49 @@ def test_the_declarations_that_a_search_finds_are_those_of_the_files():
             assert one.doc.split() == other.doc.split() or other.doc.split() == head
 
 
-# Kept, since a test replaces them by the functions below.
-_PAGE, _GRAPHS = library.library_page, library.library_graphs
+def test_the_list_of_the_library_is_current(bless):
+    text = library_list()
+    if bless:
+        LIST.write_text(text, "utf-8")
+    assert LIST.read_text("utf-8") == text, "pytest tests/unit/test_library_page.py --bless"
+    assert len(text.split()) <= MOST_WORDS
 
 
-@cache
-def library_page() -> str:
-    """The page of the library; the tests share it."""
-    return _PAGE()
-
-
-@cache
-def library_graphs() -> dict[str, str]:
-    """The graphs of its parts; the tests share them."""
-    return _GRAPHS()
-
-
-def test_the_page_of_the_library_is_current():
-    page = module_path("crane.beam").parents[1] / library.PAGE
-    assert page.read_text("utf-8") == library_page(), "run `bgc doc --library`"
-
-
-def test_the_pictures_of_the_library_are_current():
-    folder = module_path("crane.beam").parents[1] / library.PICTURES
-    graphs = library_graphs()
-    kept = {path.stem: library.picture_hash(path.read_bytes()) for path in folder.glob("*.svg")}
-    wanted = {name: library.graph_hash(text) for name, text in graphs.items()}
-    assert kept == wanted, "run `bgc doc --library`"
-
-
-@pytest.mark.slow
-def test_the_library_is_written_where_it_changed(tmp_path, monkeypatch):
-    monkeypatch.setattr(library, "library_page", library_page)
-    monkeypatch.setattr(library, "library_graphs", library_graphs)
-    monkeypatch.setattr(library, "lay_out", lambda text, kind: b"<!-- by dot --><svg></svg>")
-    written = list(library.write_library(tmp_path))
-    assert len(written) == len(library_graphs()) + 1
-    picture = tmp_path / "pictures" / "crane.beam.Beam.svg"
-    assert re.fullmatch(rb"<!-- dot [0-9a-f]{16} -->\n<svg></svg>", picture.read_bytes())
-    assert list(library.write_library(tmp_path)) == []
-    picture.write_bytes(b"<svg></svg>")
-    (tmp_path / "pictures" / "gone.svg").write_bytes(b"")
-    assert list(library.write_library(tmp_path)) == [picture]
-    assert not (tmp_path / "pictures" / "gone.svg").exists()
-
-
-def test_without_graphviz_the_library_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    result = CliRunner().invoke(application, ["doc", "--library", "--out", str(tmp_path)])
-    assert result.exit_code == 1 and "error[BG056]" in result.stderr
-
-
-def test_every_link_of_the_page_leads_to_a_heading_or_a_file():
-    page = module_path("crane.beam").parents[1] / library.PAGE
-    text = re.sub(r"(?s)```.*?```|`[^`\n]*`", "", page.read_text("utf-8"))
-    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
-    anchors = [re.sub(r"[^\w -]", "", heading).lower().replace(" ", "-") for heading in headings]
-    assert len(anchors) == len(set(anchors))
-    for link in re.findall(r"\]\(([^)]+)\)", text):
-        if link.startswith("#"):
-            assert link[1:] in anchors
-        else:
-            assert (page.parent / link).is_file()
+def test_the_list_names_every_module_and_part_once():
+    text = LIST.read_text("utf-8")
+    links = re.findall(r"^\[(.+?)\]\((.+?)\): \S", text, re.MULTILINE)
+    assert [link for _, link in links] == [f"{m.replace('.', '/')}.bg" for m in library_modules()]
+    assert all(name == link and (LIST.parent / link).is_file() for name, link in links)
+    listed = re.findall(r"^- `(\w+)`: \S", text, re.MULTILINE)
+    assert set(listed) >= {name.rpartition(".")[2] for name in documented_models()}
 
 
 def test_every_scene_has_a_picture_and_a_text():
-    page = (module_path("crane.beam").parents[1] / "README.md").read_text("utf-8")
-    for file in (module_path("crane.beam").parents[1] / "scenes").glob("*.bg"):
+    text = LIST.read_text("utf-8")
+    for file in (ROOT / "library" / "scenes").glob("*.bg"):
         assert file.with_suffix(".jpg").read_bytes()[:3] == b"\xff\xd8\xff", (
             "python .site/scenes.py"
         )
-        assert f"](scenes/{file.stem}.jpg)" in page
+        assert f"](scenes/{file.stem}.jpg)" in text
         assert file.read_text("utf-8").startswith("/// ")
+
+
+def test_the_site_has_a_page_for_each_module_and_a_picture_of_each_part(tmp_path):
+    pages = {page.title: page for page in library_pages(tmp_path)}
+    assert set(pages) == {"Overview", *filter(holds_parts, library_modules())}
+    for page in pages.values():
+        text = "\n".join(page.lines)
+        assert len(text.split()) <= MOST_WORDS
+        place = (tmp_path / page.path).parent
+        for source in re.findall(r'(?:src|href)="([^"]+)"', text):
+            assert (place / source).is_file()
+    beam = "\n".join(pages["crane.beam"].lines)
+    assert "## Beam {#Beam}\n\n```bg\nmodel Beam\n```\n" in beam
+    assert "| `length` | `m` | must be given | `0 m .. 1 km` | Distance from base to tip. |" in beam
+    assert "base -> hub -> reach -> tip;" in beam
+    picture = (tmp_path / "library/crane/beam.Beam.svg").read_bytes()
+    assert picture.startswith(b"<svg") and b"<title>" not in picture and b">hub<" in picture
+    drawn = "".join("\n".join(page.lines) for page in pages.values()).count("<img alt=")
+    assert drawn == len(part_graphs()) > 190
+    copy = (tmp_path / "library/crane/beam.bg").read_bytes()
+    assert copy == (library_folder() / "crane/beam.bg").read_bytes()

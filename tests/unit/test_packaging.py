@@ -31,7 +31,9 @@ def setuptools_table() -> dict:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
 
 
-COVERED = {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".j2", ".svg", ".png", ".jpg"}
+COVERED = {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".j2"}
+PICTURES = {".svg", ".png", ".jpg"}
+MOST_WORDS = 6000  # of a page
 
 
 def packages_in_tree() -> set[str]:
@@ -52,21 +54,39 @@ def test_every_listed_package_has_its_folder(setuptools_table):
         assert (ROOT / folder / "__init__.py").is_file(), package
 
 
-def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
+@pytest.fixture(scope="module")
+def carried(setuptools_table) -> set[Path]:
+    """The data files of the wheel."""
     folders = setuptools_table["package-dir"]
-    covered = {
+    return {
         path
         for package, patterns in setuptools_table["package-data"].items()
         for pattern in patterns
         for path in (ROOT / folders[package]).glob(pattern)
     }
+
+
+def test_every_data_file_is_covered_by_a_pattern(carried):
     for folder in FOLDERS:
         for path in (ROOT / folder).rglob("*"):
             if path.suffix in COVERED:
-                assert path in covered, path
-    assert {*(ROOT / "compiler/diagnostics").rglob("*.md")} <= covered
-    assert ROOT / "library" / "README.md" in covered
-    assert {ROOT / "grammar" / "LANGUAGE.md", *chapter_files()} <= covered
+                assert path in carried, path
+    assert {*(ROOT / "compiler/diagnostics").rglob("*.md")} <= carried
+    assert {ROOT / "grammar" / "LANGUAGE.md", *chapter_files()} <= carried
+
+
+def test_the_wheel_holds_the_pictures_that_tutorials_show_and_no_others(carried):
+    tutorials = ROOT / "library" / "examples"
+    texts = [path.read_text("utf-8") for path in tutorials.glob("*.md")]
+    shown = {tutorials / name for text in texts for name in re.findall(r"!\[.*?\]\((.*?)\)", text)}
+    shown.add(ROOT / "runtime" / "editor" / "vscode" / "icon.png")
+    assert {path for path in carried if path.suffix in PICTURES} == shown
+
+
+def test_the_wheel_holds_no_page_that_is_made_of_other_files(carried):
+    assert ROOT / "library" / "README.md" not in carried
+    pages = [path for path in carried if path.suffix == ".md"]
+    assert [p for p in pages if len(p.read_text("utf-8").split()) > MOST_WORDS] == []
 
 
 def test_the_top_level_holds_only_what_was_decided():

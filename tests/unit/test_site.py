@@ -17,48 +17,47 @@ from check_links import broken_links  # noqa: E402
 from curves_page import Point, exponent  # noqa: E402
 from figures import benchmarks, read_points  # noqa: E402
 from make import configuration, write_pages  # noqa: E402
-from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
+from pages import Links, Page, anchors_of, one_page, written  # noqa: E402
 from python_api import TOPICS, documented, found, python_pages, shown_name  # noqa: E402
 
 import bgc  # noqa: E402
 from bgc.runtime import control  # noqa: E402
 
-MANUAL = """\
+INDEX = """\
 # Manual
 
-See [the end](#the-end), `a[1](b)` and [bonds](#bonds).
-
-## Contents
-
-1. [Bonds](#bonds)
-
-## Bonds
+See [the end](bonds.md#the-end), `a[1](b)` and [bonds](bonds.md).
+"""
+BONDS = """\
+# Bonds
 
 ```bg rlc.bg error BG301
 # not a heading [x](y)
 ```
 
-### The end
+## The end
 
 Back to [the
-start](#manual), [a picture](../a.svg).
+start](M.md#manual), [here](#bonds), [a picture](../a.svg).
 """
 
 
-def test_a_file_becomes_pages_whose_links_hold():
-    first = Page("manual/index.md", "Overview", "grammar/M.md")
-    pages = pages_by_heading("grammar/M.md", MANUAL, first, lambda _, name: f"manual/{name}.md")
-    assert [page.path for page in pages] == ["manual/index.md", "manual/bonds.md"]
-    links = Links(
-        {"grammar/M.md": "manual/index.md", **dict(anchors_of(pages))}, lambda f: f"files/{f}"
-    )
+def test_files_become_pages_whose_links_hold():
+    pages = [
+        *one_page("manual/index.md", "Overview", "grammar/M.md", INDEX),
+        *one_page("manual/learn/bonds.md", "Bonds", "grammar/bonds.md", BONDS),
+    ]
+    places = {page.source: page.path for page in pages}
+    links = Links({**places, **dict(anchors_of(pages))}, lambda f: f"files/{f}")
     start, bonds = (written(page, links) for page in pages)
-    assert "[the end](bonds.md#the-end), `a[1](b)` and [bonds](bonds.md#bonds)" in start
-    assert "1. [Bonds](bonds.md#bonds)" in start
+    assert "[the end](learn/bonds.md#the-end), `a[1](b)` and [bonds](learn/bonds.md)" in start
     assert bonds.startswith("# Bonds {#bonds}\n")
     assert '```bg title="rlc.bg"\n# not a heading [x](y)\n```\n' in bonds
     assert "## The end {#the-end}" in bonds
-    assert "start](index.md#manual), [a picture](../files/a.svg)" in bonds
+    assert (
+        "start](../index.md#manual), [here](bonds.md#bonds), [a picture](../../files/a.svg)"
+        in bonds
+    )
     lost = Page("manual/lost.md", "Lost", "grammar/M.md", ["[x](#nowhere)"])
     with pytest.raises(LookupError, match="nothing in the site is #nowhere"):
         written(lost, links)
