@@ -101,17 +101,15 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.BgWarning",
             "bgc.diagnostics.diagnostic.Diagnostic",
             "bgc.SimulationError",
+            "bgc.runtime.results.interrupted.Interrupted",
             "bgc.runtime.running.failures.RunInterrupted",
-            "bgc.runtime.results.ensemble.EnsembleInterrupted",
-            "bgc.runtime.results.study.StudyInterrupted",
-            "bgc.runtime.studies.optimum.OptimisationInterrupted",
         ),
     ),
 )
 
 # Members that other modules of the package call, and users do not.
 _INNER = {
-    "Ensemble": {"placed_failures", "placed_warnings"},
+    "Ensemble": {"interrupted", "placed_failures", "placed_warnings"},
     "LoadedModel": {"explain", "instance_at", "places", "row_width", "selection", "started"},
     "Model": {"places", "solvers"},
     "Parameters": {

@@ -81,7 +81,7 @@ class StudiedModel(LoadedModel):
 
         Raises
         ------
-        EnsembleInterrupted
+        Interrupted
             Ctrl-C; its `result` holds the rows up to there.
         BgError
             An argument or a parameter is at fault.
@@ -167,7 +167,7 @@ class StudiedModel(LoadedModel):
 
         Raises
         ------
-        StudyInterrupted, EnsembleInterrupted
+        Interrupted
             Ctrl-C; `result` holds what was done.
         BgError
             An argument or a parameter is at fault.
@@ -331,7 +331,7 @@ class StudiedModel(LoadedModel):
 
         Raises
         ------
-        OptimisationInterrupted
+        Interrupted
             Ctrl-C; `result` is the best design by then.
         BgError
             An argument is at fault (BG655 and those of a wrong name, unit or number), or the run
@@ -404,7 +404,7 @@ class StudiedModel(LoadedModel):
 
         Raises
         ------
-        StudyInterrupted
+        Interrupted
             Ctrl-C.
         BgError
             An argument or a parameter is at fault.

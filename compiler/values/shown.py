@@ -50,6 +50,10 @@ class Shown:
         """The unit; empty for a plain number."""
         return "" if self.unit == "1" else self.unit
 
+    def heading(self, name: str) -> str:
+        """A name with the unit in brackets, for axes and columns of tables: `tension [kN]`."""
+        return f"{name} [{self.label}]" if self.label else name
+
 
 def shown_by(rows: Iterable[ShownRow]) -> dict[str, Shown]:
     """Units by name."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import cycle
 
-import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
-from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
 _PHASE_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
@@ -20,8 +19,7 @@ _MOST_TICKS = 8
 def plot_bode(responses: Sequence[Response], path: Target = None) -> Figure:
     """Draw responses in one chart, and write it as .png, .svg or .pdf."""
     several = len(responses) > 1
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    with picture(path, _WIDTH, _HEIGHT) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for response, colour in zip(responses, cycle(COLOURS), strict=False):
             label = f"{response.output} by {response.input}"
@@ -41,8 +39,6 @@ def plot_bode(responses: Sequence[Response], path: Target = None) -> Figure:
             upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, fontsize="small")
         else:
             figure.suptitle(f"{responses[0].output} by {responses[0].input}")
-        if path is not None:
-            write_figure(figure, path)
     return figure
 
 

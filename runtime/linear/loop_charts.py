@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
@@ -13,7 +12,7 @@ from matplotlib.ticker import MultipleLocator
 from bgc.runtime.linear.frequency import Response
 from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _FIGURE_INCHES = 6.4  # inches
 _WIDEST = 8.0  # half the width of a Nyquist chart whose curve is unbounded
@@ -29,8 +28,7 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
     leaves to infinity, by a pole on the imaginary axis, is cut off.
     """
     value = response.value
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(_FIGURE_INCHES, _FIGURE_INCHES), layout="constrained")
+    with picture(path, _FIGURE_INCHES, _FIGURE_INCHES) as figure:
         axes = figure.subplots()
         angle = np.linspace(0, 2 * math.pi, 361)
         axes.plot(np.cos(angle), np.sin(angle), color=_GUIDE, linewidth=0.8, linestyle=":")
@@ -53,8 +51,6 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
         axes.set_xlabel(f"real part{unit}")
         axes.set_ylabel(f"imaginary part{unit}")
         figure.suptitle(f"{response.output} by {response.input}")
-        if path is not None:
-            write_figure(figure, path)
     return figure
 
 
@@ -96,8 +92,7 @@ def plot_nichols(response: Response, path: Target = None) -> Figure:
     phase, magnitude = response.phase, response.magnitude
     shown = np.isfinite(magnitude) & (magnitude > _LOWEST)
     low, high = _limits(phase[shown])
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(8.0, 5.6), layout="constrained")
+    with picture(path, 8.0, 5.6) as figure:
         axes = figure.subplots()
         bottom = max(_LOWEST, math.floor(magnitude[shown].min(initial=-30) / 10) * 10)
         top = min(_HIGHEST, max(20.0, math.ceil(magnitude[shown].max(initial=10) / 10) * 10))
@@ -117,8 +112,6 @@ def plot_nichols(response: Response, path: Target = None) -> Figure:
         unit = f" re 1 {response.unit}" if response.unit else ""
         axes.set_ylabel(f"magnitude [dB{unit}]")
         figure.suptitle(f"{response.output} by {response.input}")
-        if path is not None:
-            write_figure(figure, path)
     return figure
 
 

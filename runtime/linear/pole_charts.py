@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
 from bgc.runtime.linear.locus import Locus
 from bgc.runtime.linear.zeros import Factors
 from bgc.runtime.results.arrays import Complex
-from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _WIDTH, _HEIGHT = 7.0, 5.8  # inches
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)  # damping ratios of the rays
@@ -29,8 +28,7 @@ def plot_poles(poles: Complex, zeros: Complex, title: str, path: Target = None) 
     `poles` and `zeros` are in 1/s, `title` stands above the chart, and `path` is a .png, .svg or
     .pdf file to write.
     """
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    with picture(path, _WIDTH, _HEIGHT) as figure:
         axes = figure.subplots()
         _frame(axes, np.concatenate((poles, zeros)), _ROOM)
         _draw_zeros(axes, zeros, "zeros")
@@ -38,8 +36,6 @@ def plot_poles(poles: Complex, zeros: Complex, title: str, path: Target = None) 
         if len(zeros):
             _draw_legend(axes)
         figure.suptitle(title)
-        if path is not None:
-            write_figure(figure, path)
     return figure
 
 
@@ -49,8 +45,7 @@ def plot_locus(locus: Locus, factors: Factors, title: str, path: Target = None) 
     `locus` and `factors` are those of one model, `title` stands above the chart, and `path` is a
     .png, .svg or .pdf file to write.
     """
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    with picture(path, _WIDTH, _HEIGHT) as figure:
         axes = figure.subplots()
         crossings = np.array([1j * crossing.omega for crossing in locus.crossings])
         points = np.concatenate((factors.poles, factors.zeros, crossings, crossings.conj()))
@@ -67,8 +62,6 @@ def plot_locus(locus: Locus, factors: Factors, title: str, path: Target = None) 
                 xytext=(-6, 6), fontsize=8, color=COLOURS[1], ha="right",
             )  # fmt: skip
         figure.suptitle(title)
-        if path is not None:
-            write_figure(figure, path)
     return figure
 
 

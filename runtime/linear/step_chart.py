@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import matplotlib
 from matplotlib.figure import Figure
 
 from bgc.runtime.linear.time_response import TimeResponse
-from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _GUIDE = "#999999"
 
@@ -19,8 +18,7 @@ def plot_time_response(response: TimeResponse, title: str, path: Target = None) 
     `title` stands above the chart, and `path` is a .png, .svg or .pdf file to write.
     """
     count = len(response.outputs)
-    with matplotlib.rc_context(STYLE):
-        figure = Picture(figsize=(8.0, 0.8 + 2.8 * count), layout="constrained")
+    with picture(path, 8.0, 0.8 + 2.8 * count) as figure:
         every = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         for k, axes in enumerate(every):
             axes.plot(response.time, response.value[:, k], color=COLOURS[0])
@@ -37,6 +35,4 @@ def plot_time_response(response: TimeResponse, title: str, path: Target = None) 
         every[-1].set_xlabel("time [s]")
         figure.align_ylabels()
         figure.suptitle(title)
-        if path is not None:
-            write_figure(figure, path)
     return figure

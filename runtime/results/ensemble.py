@@ -1,42 +1,40 @@
-"""Many runs of a model as one labelled array, and its export to files and xarray."""
+"""Many runs of a model as labelled rows, and their export to files, pandas and xarray."""
 
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 import numpy as np
 
 from bgc.diagnostics.catalogue import counted
-from bgc.diagnostics.catalogue.arguments import unknown_column
-from bgc.diagnostics.catalogue.machine import package_missing
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.doors import with_doors
-from bgc.runtime.results.arrays import Array, Mask
-from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import NamedColumns, optional_package
 from bgc.runtime.results.finite import not_finite
-from bgc.runtime.results.result import Result, UnknownColumn
-from bgc.values.shown import Shown
+from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.result import Result
+from bgc.runtime.results.runs import Runs, placed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
-_LISTED = 10  # numbers of instances in a warning
+_PANELS = 12  # of a plot
 
 
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble:
+class Ensemble(NamedColumns, Runs):
     """Rows of many runs, SI values: an array over instances, times and outputs.
 
-    `ensemble["tip.z"]` is one output of all instances, (n, rows); `ensemble["tip"]` the outputs
-    `tip[1]`, `tip[2]`, .. side by side, (n, rows, 3). `len(ensemble)` is n.
+    A mapping from outputs to their values in all instances, as `Result` is of one run:
+    `ensemble["tip.z"]` is (n, rows), `ensemble["tip"]` the vector `tip[1]`, `tip[2]`, .. in its
+    shape, (n, rows, 3), and `ensemble["bore"]` the column `bore [bar]`. `ensemble.count` is n.
 
     Attributes
     ----------
@@ -73,53 +71,28 @@ class Ensemble:
         The units as written, in which tables show outputs, as in `Result.shown`.
     """
 
-    scene: str
-    solver: str
-    time: Array
-    values: Array
-    names: tuple[str, ...]
-    units: Mapping[str, str]
-    parameters: Mapping[str, Array]
-    status: tuple[str, ...]
-    failures: Mapping[int, Diagnostic] = field(default_factory=dict)
-    together: int = 0
-    alone: str = ""
-    warnings: tuple[Diagnostic, ...] = ()
-    recalled: int = 0
-    shown: Mapping[str, Shown] = field(default_factory=dict)
-    run_warnings: Mapping[int, tuple[Diagnostic, ...]] = field(default_factory=dict)
+    time: Array = field(kw_only=True)
 
-    def __len__(self) -> int:
-        return len(self.values)
+    noun: ClassVar[str] = "instance"
 
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and bool(self._places(name))
+    def _names(self) -> tuple[str, ...]:
+        return self.names
 
-    def __getitem__(self, name: str) -> Array:
-        places = self._places(name)
-        if not places:
-            raise UnknownColumn([unknown_column(name, self.names)])
-        if places == [self._place_of(name)]:
-            return self.values[:, :, places[0]]
-        return self.values[:, :, places]
+    def _values_of(self, column: str) -> Array:
+        return self.values[:, :, self.names.index(column)]
 
     def __repr__(self) -> str:
-        bad = len(self.status) - self.status.count(DONE)
-        ended = f", {bad} not completed" if bad else ""
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
         return (
-            f"<bgc ensemble of {self.scene}: {counted(len(self), 'instance')}, "
-            f"{counted(len(self.time), 'row')} to {end}{ended}>"
+            f"<bgc ensemble of {self.scene}: {counted(self.count, self.noun)}, "
+            f"{counted(len(self.time), 'row')} to {end}{self.undone}>"
         )
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return list(self.names)
 
     def _repr_html_(self) -> str:
         # Only a notebook needs it.
         from bgc.runtime.results.notebook import ensemble_html
 
-        return ensemble_html(self)
+        return ensemble_html(self, self.time)
 
     def run(self, number: int) -> Result:
         """Return one instance, from 0, as a result: to plot it, to write it.
@@ -147,18 +120,16 @@ class Ensemble:
         # Loads matplotlib, which most ensembles do without.
         from bgc.runtime.results.plot import plot_ensemble
 
-        return plot_ensemble(self, path, columns)
+        chosen = self.expand(columns) if columns is not None else self.names[:_PANELS]
+        return plot_ensemble(self, self.time, chosen, path)
 
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame over `instance` and `time`, with the outputs as columns.
 
         The varied parameters are levels of the index too; undone rows are NaN.
         """
-        try:
-            import pandas as pd  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
-        count, rows = len(self), len(self.time)
+        pd = optional_package("pandas", "`to_pandas`")
+        count, rows = self.count, len(self.time)
         given = {name: np.repeat(v, rows) for name, v in self.parameters.items()}
         levels = {"instance": np.repeat(np.arange(count), rows), **given}
         index = pd.MultiIndex.from_arrays(
@@ -178,43 +149,8 @@ class Ensemble:
             found[k] = next(not_finite(self.time, columns))
         return found
 
-    @property
-    def done(self) -> Mask:
-        """Mask of the instances with all their rows, (n,) of bool: an index for `values`."""
-        return np.array([status == DONE for status in self.status])
-
-    def _place_of(self, name: str) -> int:
-        return self.names.index(name) if name in self.names else -1
-
-    def _places(self, name: str) -> list[int]:
-        """Find the columns of an output, or of a vector's components in order."""
-        if name in self.names:
-            return [self.names.index(name)]
-        count = 0
-        while f"{name}[{count + 1}]" in self.names:
-            count += 1
-        return [self.names.index(f"{name}[{k + 1}]") for k in range(count)]
-
-    def expand(self, names: Sequence[str]) -> list[str]:
-        """Replace the names of vectors by those of their columns; BG065 for unknown names."""
-        found: list[str] = []
-        for name in names:
-            places = self._places(name)
-            if not places:
-                raise UnknownColumn([unknown_column(name, self.names)])
-            found += [self.names[place] for place in places]
-        return found
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`.
-
-        Instances that an interruption left undone are omitted; the others keep their numbers.
-        """
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
-
     def write_csv(self, file: TextIO) -> None:
-        """Write as `to_csv` does, to an open file."""
+        """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`."""
         given = [self.parameters[name].tolist() for name in self.parameters]
         header = ("instance", *self.parameters, "time", *self.names)
         csv.writer(file, lineterminator="\n").writerow(header)
@@ -223,10 +159,6 @@ class Ensemble:
             start = ",".join((str(k), *(repr(values[k]) for values in given)))
             for time, row in zip(self.time.tolist(), rows.tolist(), strict=True):
                 file.write(f"{start},{time!r},{','.join(map(repr, row))}\n")
-
-    def placed_failures(self) -> Iterator[Diagnostic]:
-        """List the errors, each with the number and the values (SI) of its instance."""
-        return placed(self.failures, self.parameters)
 
     def placed_warnings(self) -> Iterator[Diagnostic]:
         """List the warnings about rows, each with the number and the values of its instance."""
@@ -241,91 +173,21 @@ class Ensemble:
         warnings about runs.
         """
         about = {
-            "scene": self.scene,
-            "solver": self.solver,
             "units": {"time": "s", **self.units},
-            "failures": {str(k): why.message for k, why in self.failures.items()},
             "not_finite": {str(k): why.message for k, why in self.not_finite.items()},
             "warnings": {
                 str(k): [w.message for w in some] for k, some in self.run_warnings.items()
             },
         }
-        written = self._written()
-        arrays = {
-            "values": self.values[written],
-            "instance": np.array(written, dtype=np.int64),
-            "time": self.time,
-            "names": np.array(self.names),
-            "status": np.array(self.status)[written],
-            "about": np.array(json.dumps(about)),
-            **{f"parameter:{name}": v[written] for name, v in self.parameters.items()},
-        }
-        write_arrays(path, arrays)
-
-    def _written(self) -> list[int]:
-        """The numbers of the instances that files hold: all that ended by themselves."""
-        return [k for k, status in enumerate(self.status) if status != INTERRUPTED]
+        self._write_archive(path, {"time": self.time}, about)
 
     def to_xarray(self) -> Any:
-        """An xarray DataArray over `instance`, `time` and `output`.
+        """Return an xarray Dataset over `instance` and `time`: a variable for each name.
 
         The varied parameters and the status are coordinates along `instance`.
         """
-        try:
-            import xarray as xr  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
-        along: dict[str, Any] = {name: ("instance", v) for name, v in self.parameters.items()}
-        return xr.DataArray(
-            self.values,
-            dims=("instance", "time", "output"),
-            coords={
-                **along,
-                "status": ("instance", list(self.status)),
-                "time": self.time,
-                "output": list(self.names),
-                "unit": ("output", [self.units[name] for name in self.names]),
-            },
-            name=self.scene,
-        )
+        return self._dataset(("instance", "time"), {"time": (self.time, "s")})
 
 
-def placed(
-    diagnostics: Mapping[int, Diagnostic], parameters: Mapping[str, Array]
-) -> Iterator[Diagnostic]:
-    """Add to each diagnostic the number and the values (SI) of its instance."""
-    for k, why in diagnostics.items():
-        values = ", ".join(f"`{name}` = {parameters[name][k]:.6g}" for name in parameters)
-        place = f"in instance {k}, with {values}" if values else f"in instance {k}"
-        yield replace(why, note=f"{why.note}\n{place}" if why.note else place)
-
-
-def gathered(
-    warnings: Mapping[int, Sequence[Diagnostic]], parameters: Mapping[str, Array]
-) -> Iterator[Diagnostic]:
-    """Gather warnings by code: the first of each, with its instance and others that have it."""
-    by_code: dict[str, dict[int, Diagnostic]] = {}
-    for k in sorted(warnings):
-        for each in warnings[k]:
-            by_code.setdefault(each.code, {})[k] = each
-    for found in by_code.values():
-        first, *others = found
-        (warning,) = placed({first: found[first]}, parameters)
-        if others:
-            listed = ", ".join(map(str, others[:_LISTED])) + (", .." if others[_LISTED:] else "")
-            also = f"and in {counted(len(others), 'other instance')}: {listed}"
-            warning = replace(warning, note=f"{warning.note}\n{also}")
-        yield warning
-
-
-class EnsembleInterrupted(KeyboardInterrupt):
-    """Ctrl-C while an ensemble ran; `result` holds the rows computed by then.
-
-    `kept` is true where the next equal call goes on from there.
-    """
-
-    def __init__(self, result: Ensemble, kept: bool = False) -> None:
-        done = result.status.count(DONE)
-        super().__init__(f"interrupted when {done} of {counted(len(result), 'instance')} were done")
-        self.result = result
-        self.kept = kept
+EnsembleInterrupted = Interrupted
+"""An earlier name of `Interrupted`."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bgc.printing.tables import Table
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import MOST_ROWS, figure_html, table_html
-from bgc.runtime.results.plot import Columns, Instances, plot_result
+from bgc.runtime.results.plot import Columns, plot_result
+from bgc.runtime.results.runs import Runs
 
 _CURVES = 12  # columns up to which a result is drawn in its cell
 
@@ -27,16 +29,16 @@ def result_html(result: Columns) -> str:
     return table + (figure_html(plot_result(result, None, None, None)) if drawn else "")
 
 
-def ensemble_html(ensemble: Instances) -> str:
+def ensemble_html(ensemble: Runs, time: Array) -> str:
     """Return the instances with their parameters, their status and their last values."""
     names = ensemble.names[:_CURVES]
     header = ("instance", *ensemble.parameters, "status", *(f"{name} at the end" for name in names))
     rows = []
-    for k in range(min(len(ensemble), MOST_ROWS)):
+    for k in range(min(ensemble.count, MOST_ROWS)):
         given = (f"{values[k]:.6g}" for values in ensemble.parameters.values())
-        last = ensemble.values[k, -1] if len(ensemble.time) else np.empty(0)
+        last = ensemble.values[k, -1] if len(time) else np.empty(0)
         shown = (f"{value:.6g}" for value in last[: len(names)].tolist())
         rows.append((str(k), *given, ensemble.status[k], *shown))
-    more = len(ensemble) - len(rows)
+    more = ensemble.count - len(rows)
     note = f"{more} instances more" if more > 0 else ""
     return table_html(Table(repr(ensemble).strip("<>"), header, tuple(rows), note))

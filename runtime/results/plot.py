@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from itertools import cycle
 from pathlib import Path
@@ -23,13 +24,13 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import name_in_si
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.runs import Runs
 from bgc.values.shown import Shown
 
 KINDS = (".png", ".svg", ".pdf")
 
 _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
-_PANELS = 12  # of an ensemble
 _UNLIKE_RANGES = 10.0
 _SMALL, _LARGE = 1e-3, 1e5  # numbers of an axis that are written in full
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
@@ -60,6 +61,25 @@ class Picture(Figure):
         out = BytesIO()
         self.savefig(out, format="png", dpi=100)
         return out.getvalue()
+
+
+@contextmanager
+def picture(path: Target, width: float, height: float) -> Iterator[Picture]:
+    """Give a figure in the style of all plots, to be drawn; then write it where a path is given.
+
+    Width and height are in inches. The ending of the name is the kind of file; the same figure
+    gives the same bytes. Raises BgError: BG068 for another ending, BG055 where writing fails.
+    """
+    kind = Path(path).suffix.lower() if path is not None else KINDS[0]
+    if kind not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    with matplotlib.rc_context(STYLE):
+        figure = Picture(figsize=(width, height), layout="constrained")
+        yield figure
+        if path is not None:
+            undated = {"Date": None} if kind == ".svg" else None
+            with written_whole(path) as aside:
+                figure.savefig(aside, format=kind[1:], dpi=150, metadata=undated)
 
 
 class Columns(Protocol):
@@ -95,49 +115,6 @@ class Columns(Protocol):
     def __iter__(self) -> Iterator[str]: ...
 
 
-class Instances(Protocol):
-    """The part of an ensemble that is drawn."""
-
-    @property
-    def scene(self) -> str:
-        """The scene."""
-
-    @property
-    def time(self) -> Array:
-        """Times of the rows, s, (rows,)."""
-
-    @property
-    def values(self) -> Array:
-        """The outputs of all instances, (n, rows, outputs)."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The outputs."""
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """The units of their values."""
-
-    @property
-    def shown(self) -> Mapping[str, Shown]:
-        """The units as written."""
-
-    @property
-    def parameters(self) -> Mapping[str, Array]:
-        """The varied parameters, (n,) each."""
-
-    @property
-    def status(self) -> tuple[str, ...]:
-        """The status of each instance."""
-
-    def expand(self, names: Sequence[str]) -> list[str]:
-        """Replace the names of vectors by those of their columns."""
-
-    def __len__(self) -> int: ...
-
-    def __getitem__(self, name: str) -> Array: ...
-
-
 def read_panel(text: str) -> Panel:
     """Read `tip.z, handle.z` or `force against elevation`; BG069 for other texts."""
     first, against, second = text.partition(" against ")
@@ -150,13 +127,11 @@ def read_panel(text: str) -> Panel:
 
 def plot_result(
     result: Columns,
-    path: str | Path | None,
+    path: Target,
     columns: Sequence[str] | None,
     panels: Sequence[str] | None,
 ) -> Figure:
     """Draw a result, and write the figure where a path is given; see `Result.plot`."""
-    if path is not None and Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
     if len(result.time) < 2:
         raise BgError([nothing_to_draw("the run ended at its start")])
     if panels:
@@ -168,55 +143,42 @@ def plot_result(
     if not chosen:
         raise BgError([nothing_to_draw("the scene observes nothing")])
     chosen = [Panel(tuple(result.expand(p.columns)), _across(result, p)) for p in chosen]
-    with matplotlib.rc_context(STYLE):
-        figure = _draw(result, chosen)
-        if path is not None:
-            write_figure(figure, path)
+    heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in chosen]
+    with picture(path, _WIDTH, sum(heights) + _MARGIN) as figure:
+        _draw(figure, result, chosen, heights)
     return figure
 
 
-def plot_ensemble(
-    ensemble: Instances, path: str | Path | None, columns: Sequence[str] | None
-) -> Figure:
-    """Draw each column of all instances; see `Ensemble.plot`."""
-    if path is not None and Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
-    if not len(ensemble) or len(ensemble.time) < 2:
+def plot_ensemble(runs: Runs, time: Array, columns: Sequence[str], path: Target) -> Figure:
+    """Draw columns of all instances, whose rows are at `time`, s; see `Ensemble.plot`."""
+    if not runs.count or len(time) < 2:
         raise BgError([nothing_to_draw("the runs ended at their start")])
-    chosen = ensemble.expand(columns) if columns is not None else list(ensemble.names)[:_PANELS]
-    if not chosen:
+    if not columns:
         raise BgError([nothing_to_draw("the scene observes nothing")])
-    with matplotlib.rc_context(STYLE):
-        height = _PANEL_HEIGHT * len(chosen) + _MARGIN
-        figure = Picture(figsize=(_WIDTH, height), layout="constrained")
-        axes: Any = None
-        for k, name in enumerate(chosen):
-            axes = figure.add_subplot(len(chosen), 1, k + 1, sharex=axes)
-            shown = ensemble.shown.get(name) or Shown(ensemble.units[name])
-            colours = cycle(COLOURS)
-            for number, values in enumerate(ensemble[name]):
-                few = len(ensemble) <= _MOST_IN_LEGEND
+    few = runs.count <= _MOST_IN_LEGEND
+    with picture(path, _WIDTH, _PANEL_HEIGHT * len(columns) + _MARGIN) as figure:
+        every = figure.subplots(len(columns), 1, squeeze=False, sharex=True)[:, 0]
+        for k, (name, axes) in enumerate(zip(columns, every, strict=True)):
+            values = runs.values[:, :, runs.names.index(name)] / runs.shown_in(name).factor
+            for number, colour in zip(range(runs.count), cycle(COLOURS), strict=False):
                 axes.plot(
-                    ensemble.time,
-                    values / shown.factor,
-                    color=next(colours) if few else COLOURS[0],
-                    alpha=1.0 if few else max(0.05, 10 / len(ensemble)),
-                    label=_instance(ensemble, number) if few and k == 0 else None,
+                    time,
+                    values[number],
+                    color=colour if few else COLOURS[0],
+                    alpha=1.0 if few else max(0.05, 10 / runs.count),
+                    label=_instance(runs, number) if few and k == 0 else None,
                 )
-            axes.set_ylabel(f"{name} [{shown.label}]" if shown.label else name)
-            axes.tick_params(labelbottom=k == len(chosen) - 1)
-            if k == 0 and len(ensemble) <= _MOST_IN_LEGEND:
-                axes.legend()
-        axes.set_xlabel("time [s]")
-        figure.suptitle(f"{ensemble.scene}: {counted(len(ensemble), 'instance')}")
-        if path is not None:
-            write_figure(figure, path)
+            axes.set_ylabel(runs.label(name))
+        if few:
+            every[0].legend()
+        every[-1].set_xlabel("time [s]")
+        figure.suptitle(f"{runs.scene}: {counted(runs.count, runs.noun)}")
     return figure
 
 
-def _instance(ensemble: Instances, number: int) -> str:
+def _instance(runs: Runs, number: int) -> str:
     """The values of an instance, for the legend."""
-    given = (f"{name} = {values[number]:.4g}" for name, values in ensemble.parameters.items())
+    given = (f"{name} = {values[number]:.4g}" for name, values in runs.parameters.items())
     return ", ".join(given) or str(number)
 
 
@@ -228,14 +190,6 @@ def _across(result: Columns, panel: Panel) -> str:
     return columns[0]
 
 
-def write_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure as the name's ending says, the same bytes for the same figure."""
-    kind = Path(path).suffix.lower()[1:]
-    undated = {"Date": None} if kind == "svg" else None
-    with written_whole(path) as aside:
-        figure.savefig(aside, format=kind, dpi=150, metadata=undated)
-
-
 def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
     by_unit: dict[str, list[str]] = {}
     for column in columns:
@@ -243,9 +197,9 @@ def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
     return [Panel(tuple(names)) for names in by_unit.values()]
 
 
-def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
-    heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in panels]
-    figure = Picture(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
+def _draw(
+    figure: Figure, result: Columns, panels: Sequence[Panel], heights: Sequence[float]
+) -> None:
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     timed: Any = None
     for k, panel in enumerate(panels):
@@ -263,7 +217,6 @@ def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
     figure.suptitle(
         result.scene if result.status == "done" else f"{result.scene} ({result.status})"
     )
-    return figure
 
 
 def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:

@@ -13,12 +13,11 @@ import numpy as np
 from bgc.building.built import Panel
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance
-from bgc.diagnostics.catalogue.arguments import unknown_column
-from bgc.diagnostics.catalogue.machine import cannot_write, package_missing
+from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
-from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import NamedColumns, dataset, optional_package
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.rest import AtRest
@@ -63,20 +62,15 @@ def balance_warnings(time: Array, residual: Array, exchanged: float) -> Iterator
         yield out_of_balance(float(time[first]), largest / exchanged)
 
 
-class UnknownColumn(BgError, KeyError):
-    """A result has no column of the requested name."""
-
-    __str__ = BgError.__str__
-
-
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Result(Mapping[str, Array]):
+class Result(NamedColumns):
     """Rows of a run, as columns by name; SI values.
 
-    `result["tip.z"]` is a column, (n,); `result["tip"]` the columns `tip[1]`, `tip[2]`, ..
-    side by side, (n, 3); `result["time"]` is `result.time`. A column that the scene observes in a
-    unit has it in its name, `result["angle [deg]"]`, and its values are in that unit.
+    `result["tip.z"]` is a column, (n,); `result["tip"]` the vector `tip[1]`, `tip[2]`, .. in its
+    shape, (n, 3), and so is a matrix `R[1,1]`, `R[1,2]`, ..; `result["time"]` is `result.time`. A
+    column that the scene observes in a unit has it in its name, `angle [deg]`, and its values are
+    in that unit; `result["angle"]` finds it too.
 
     Attributes
     ----------
@@ -129,29 +123,17 @@ class Result(Mapping[str, Array]):
     shown: Mapping[str, Shown] = field(default_factory=dict)
     shapes: tuple[Shape, ...] = ()
     rows: int = 0
+    at_rest: AtRest | None = None
 
     @property
     def row_count(self) -> int:
         """The number of rows of the run."""
         return self.rows or len(self.time)
 
-    def shown_in(self, name: str) -> Shown:
-        """The unit in which a column is shown: as written, else that of its values."""
-        if name == "time":
-            return Shown("s")
-        return self.shown.get(name) or Shown(self.units.get(name, ""))
-
     def in_joules(self, account: str) -> Array:
         """An observed energy account, `"residual"`, in J whatever the unit of its column, (n,)."""
         column = self.accounts[account]
         return joules(self.columns[column], self.units[column])
-
-    def in_words(self, name: str) -> Array:
-        """A column, or the columns of a vector, in the units as written."""
-        columns = [self[column] / self.shown_in(column).factor for column in self.expand([name])]
-        return columns[0] if len(columns) == 1 else np.column_stack(columns)
-
-    at_rest: AtRest | None = None
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -171,27 +153,15 @@ class Result(Mapping[str, Array]):
         """Return the same rows with one more warning."""
         return replace(self, notices=(*self.notices, notice))
 
-    def __getitem__(self, name: str) -> Array:
-        if name in self.columns:
-            return self.columns[name]
-        if name == "time":
-            return self.time
-        if isinstance(name, str) and column_of(name) in self.columns:
-            return self.columns[column_of(name)]
-        if isinstance(name, str) and (parts := self._components(name)):
-            return np.column_stack([self.columns[part] for part in parts])
-        raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
+    def _names(self) -> Mapping[str, Array]:
+        return self.columns
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+    def _values_of(self, column: str) -> Array:
+        return self.columns[column]
 
-    def __len__(self) -> int:
-        return len(self.columns)
-
-    def __contains__(self, name: object) -> bool:
-        if isinstance(name, str) and (name == "time" or column_of(name) in self.columns):
-            return True
-        return name in self.columns or bool(self._components(name))
+    def shown_in(self, name: str) -> Shown:
+        """The unit in which a column is shown: as written, else that of its values."""
+        return Shown("s") if name == "time" else super().shown_in(name)
 
     def __repr__(self) -> str:
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
@@ -200,41 +170,11 @@ class Result(Mapping[str, Array]):
         rows = f"{len(self.time):,} of {self.rows:,} rows" if self.rows else rows
         return f"<bgc result of {self.scene}: {rows} to {end}{ended}>"
 
-    def _ipython_key_completions_(self) -> list[str]:
-        return ["time", *self.columns, *self._vectors()]
-
     def _repr_html_(self) -> str:
         # Loads matplotlib; only a notebook needs it.
         from bgc.runtime.results.notebook import result_html
 
         return result_html(self)
-
-    def _components(self, name: object) -> list[str]:
-        """Find the columns of a vector, in order; empty where `name` is not a vector."""
-        found = []
-        for column in self.columns:
-            vector, index = component_of(column)
-            if vector == name and index.isdecimal():
-                found.append((int(index), column))
-        return [column for _, column in sorted(found)]
-
-    def _vectors(self) -> list[str]:
-        pairs = map(component_of, self.columns)
-        return list(dict.fromkeys(vector for vector, index in pairs if index.isdecimal()))
-
-    def expand(self, names: Sequence[str]) -> list[str]:
-        """Replace the names of vectors by those of their columns; BG065 for unknown names."""
-        columns: list[str] = []
-        for name in names:
-            if name in self.columns or name == "time":
-                columns.append(name)
-            elif column_of(name) in self.columns:
-                columns.append(column_of(name))
-            elif parts := self._components(name):
-                columns.extend(parts)
-            else:
-                raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
-        return columns
 
     def to_csv(self, path: str | Path) -> None:
         """Write `time,<name>,..` and a line for each row; SI, in full precision."""
@@ -299,35 +239,21 @@ class Result(Mapping[str, Array]):
 
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame with a column for each name and `time` as its index."""
-        try:
-            import pandas as pd  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
+        pd = optional_package("pandas", "`to_pandas`")
         frame = pd.DataFrame(dict(self.columns), index=pd.Index(self.time, name="time"))
         frame.attrs["units"] = {"time": "s", **self.units}
         return frame
 
     def to_polars(self) -> Any:
         """Return a Polars DataFrame with `time` and a column for each name."""
-        try:
-            import polars as pl  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("polars", "`to_polars`", "polars")]) from problem
+        pl = optional_package("polars", "`to_polars`")
         return pl.DataFrame({"time": self.time, **self.columns})
 
     def to_xarray(self) -> Any:
         """Return an xarray Dataset over `time`: one variable for each name, with its unit."""
-        try:
-            import xarray as xr  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
-        found = {
-            name: ("time", values, {"units": self.units.get(name, "")})
-            for name, values in self.columns.items()
-        }
         about = {"scene": self.scene, "solver": self.solver, "status": self.status}
-        time = ("time", self.time, {"units": "s"})
-        return xr.Dataset(found, coords={"time": time}, attrs=about)
+        time = {"time": {"time": (self.time, "s")}}
+        return dataset(self.columns, self.units, ("time",), time, about)
 
     def plot(
         self,

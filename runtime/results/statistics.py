@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -13,48 +12,12 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.runs import ObservedRuns
 from bgc.runtime.results.tabled import Tabled
 from bgc.values.shown import Shown
 
 _RESAMPLES = 1000
 _FEWEST_RANKED_RUNS = 8  # runs of a ranking
-
-
-class Runs(Protocol):
-    """The part of a study that is judged and drawn."""
-
-    @property
-    def scene(self) -> str:
-        """The scene."""
-
-    @property
-    def parameters(self) -> Mapping[str, Array]:
-        """The varied parameters, (n,) each."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The observables."""
-
-    @property
-    def values(self) -> Array:
-        """Their values, (n, observables)."""
-
-    @property
-    def design(self) -> str:
-        """The design of the sample."""
-
-    def label(self, name: str) -> str:
-        """A name with its unit."""
-
-    def in_words(self, name: str) -> Array:
-        """A parameter or an observable in the unit in which it is shown."""
-
-    def __len__(self) -> int: ...
-
-    def __getitem__(self, name: str) -> Array: ...
-
-    def shown_in(self, name: str) -> Shown:
-        """The unit in which an observable is shown."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -93,8 +56,8 @@ class Statistics(Tabled):
         for name, count, row, shown in zip(
             self.names, self.counts, self.values, self.shown, strict=True
         ):
-            label = f"{name} [{shown.label}]" if shown.label else name
-            rows.append((label, str(count), *(f"{x / shown.factor + 0.0:.6g}" for x in row)))
+            cells = (f"{x / shown.factor + 0.0:.6g}" for x in row)
+            rows.append((shown.heading(name), str(count), *cells))
         header: tuple[str, ...] = ("", "runs", *self.columns)
         title = "statistics over the runs"
         if len(set(self.counts)) == 1:
@@ -112,7 +75,7 @@ def _width(rows: Sequence[Sequence[str]]) -> int:
     return sum(max(map(len, column)) + 2 for column in zip(*rows, strict=True))
 
 
-def statistics(study: Runs, quantiles: Sequence[float]) -> Statistics:
+def statistics(study: ObservedRuns, quantiles: Sequence[float]) -> Statistics:
     """Compute the statistics of all observables; see `Statistics`."""
     if not all(0 <= q <= 1 for q in quantiles):
         raise BgError([bad_option("quantiles", tuple(quantiles), "numbers from 0 to 1", "0.95")])
@@ -186,7 +149,7 @@ def _interval(ends: Array) -> str:
     return f"{ends[0]:.3f} .. {ends[1]:.3f}"
 
 
-def sensitivity(study: Runs, confidence: float) -> Sensitivity:
+def sensitivity(study: ObservedRuns, confidence: float) -> Sensitivity:
     """Compute Sobol indices of a `saltelli` sample, else rank correlations; see `Sensitivity`.
 
     Raises BgError: BG066 for a confidence outside 0 to 1, and for fewer than 8 finite runs.
@@ -225,7 +188,7 @@ def check_enough(count: int) -> None:
         raise BgError([bad_option("sample", count, wanted, "64")])
 
 
-def _sobol(study: Runs, values: Array, confidence: float) -> tuple[_Part, _Part, int]:
+def _sobol(study: ObservedRuns, values: Array, confidence: float) -> tuple[_Part, _Part, int]:
     """Indices and intervals of first and total order; a point with a failed run is dropped."""
     count = len(study.parameters)
     blocks = values.reshape(count + 2, -1)  # A, B, then A with one column of B each
@@ -256,7 +219,7 @@ def _sobol(study: Runs, values: Array, confidence: float) -> tuple[_Part, _Part,
     return (found[0], intervals[0]), (found[1], intervals[1]), blocks.size
 
 
-def _ranks(study: Runs, values: Array, confidence: float) -> tuple[_Part, _Part, int]:
+def _ranks(study: ObservedRuns, values: Array, confidence: float) -> tuple[_Part, _Part, int]:
     """Spearman's rank correlation with each parameter; NaN for one that does not vary."""
     # Slow to load, and only this needs it.
     from scipy.stats import norm, rankdata

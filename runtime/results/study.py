@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import csv
-import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from bgc.diagnostics.catalogue import counted
-from bgc.diagnostics.catalogue.arguments import unknown_column
-from bgc.diagnostics.catalogue.machine import package_missing
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.printing.tables import Table, table_text
-from bgc.runtime.results.arrays import Array, Mask
-from bgc.runtime.results.ensemble import DONE, INTERRUPTED, placed
-from bgc.runtime.results.files import write_arrays, written_whole
-from bgc.runtime.results.result import UnknownColumn
+from bgc.runtime.results.columns import optional_package
+from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.runs import ObservedRuns
 from bgc.runtime.results.statistics import Sensitivity, Statistics, sensitivity, statistics
-from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +24,7 @@ _LINES = 20  # of a table on the terminal
 
 @with_doors
 @dataclass(frozen=True, eq=False, repr=False)
-class Study:
+class Study(ObservedRuns):
     """Observables of many runs, SI: `study["max(tension)"]` is (n,), as is `study["mass"]`.
 
     Attributes
@@ -57,41 +49,14 @@ class Study:
         As in `Ensemble`.
     """
 
-    scene: str
-    solver: str
-    parameters: Mapping[str, Array]
-    names: tuple[str, ...]
-    units: Mapping[str, str]
-    values: Array
-    status: tuple[str, ...]
-    failures: Mapping[int, Diagnostic] = field(default_factory=dict)
-    design: str = "cases"
-    shown: Mapping[str, Shown] = field(default_factory=dict)
-    together: int = 0
-    alone: str = ""
-    warnings: tuple[Diagnostic, ...] = ()
-    recalled: int = 0
-    run_warnings: Mapping[int, tuple[Diagnostic, ...]] = field(default_factory=dict)
+    noun: ClassVar[str] = "run"
 
     def __len__(self) -> int:
-        return len(self.values)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.names or name in self.parameters
-
-    def __getitem__(self, name: str) -> Array:
-        if name in self.names:
-            return self.values[:, self.names.index(name)]
-        if name in self.parameters:
-            return self.parameters[name]
-        known = (*self.names, *self.parameters)
-        raise UnknownColumn([unknown_column(name, known)])
+        return self.count
 
     def __repr__(self) -> str:
-        bad = len(self) - self.status.count(DONE)
-        ended = f", {bad} not completed" if bad else ""
-        runs = counted(len(self), "run")
-        return f"<bgc study of {self.scene}: {runs}, {', '.join(self.names)}{ended}>"
+        runs = counted(self.count, self.noun)
+        return f"<bgc study of {self.scene}: {runs}, {', '.join(self.names)}{self.undone}>"
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.names, *self.parameters]
@@ -101,24 +66,6 @@ class Study:
         from bgc.runtime.results.html import table_html
 
         return table_html(self.statistics().table())
-
-    @property
-    def done(self) -> Mask:
-        """Mask of the completed runs, (n,) of bool."""
-        return np.array([status == DONE for status in self.status], dtype=bool)
-
-    def shown_in(self, name: str) -> Shown:
-        """The unit in which a parameter or an observable is shown."""
-        return self.shown.get(name) or Shown(self.units.get(name, ""))
-
-    def in_words(self, name: str) -> Array:
-        """A parameter or an observable in the unit in which it is shown, (n,)."""
-        return self[name] / self.shown_in(name).factor
-
-    def label(self, name: str) -> str:
-        """A name with the unit in which it is shown, for axes and headings."""
-        unit = self.shown_in(name).label
-        return f"{name} [{unit}]" if unit else name
 
     def statistics(self, quantiles: Sequence[float] = (0.05, 0.5, 0.95)) -> Statistics:
         """Mean, standard deviation, extremes and quantiles of each observable over the runs."""
@@ -170,16 +117,8 @@ class Study:
     def __str__(self) -> str:
         return table_text(self.table()).rstrip()
 
-    def to_csv(self, path: str | Path) -> None:
-        """Write a line for each run: `instance,<parameter>,..,status,<observable>,..`, SI.
-
-        Runs that an interruption left undone are omitted; the others keep their numbers.
-        """
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
-
     def write_csv(self, file: TextIO) -> None:
-        """Write as `to_csv` does, to an open file."""
+        """Write a line for each run: `instance,<parameter>,..,status,<observable>,..`, SI."""
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("instance", *self.parameters, "status", *self.names))
         given = list(self.parameters.values())
@@ -193,66 +132,19 @@ class Study:
         Each varied parameter is an array `parameter:<name>`; `about` is a JSON text with the units,
         the scene, the solver, the design and the failures.
         """
-        about = {
-            "scene": self.scene,
-            "solver": self.solver,
-            "design": self.design,
-            "units": dict(self.units),
-            "failures": {str(k): why.message for k, why in self.failures.items()},
-        }
-        written = self._written()
-        arrays = {
-            "values": self.values[written],
-            "instance": np.array(written, dtype=np.int64),
-            "names": np.array(self.names),
-            "status": np.array(self.status)[written],
-            "about": np.array(json.dumps(about)),
-            **{f"parameter:{name}": v[written] for name, v in self.parameters.items()},
-        }
-        write_arrays(path, arrays)
+        self._write_archive(path, {}, {"design": self.design})
 
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame with a row for each run."""
-        try:
-            import pandas as pd  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
+        pd = optional_package("pandas", "`to_pandas`")
         columns = {**self.parameters, "status": list(self.status)}
         columns |= {name: self[name] for name in self.names}
         return pd.DataFrame(columns, index=pd.RangeIndex(len(self), name="instance"))
 
     def to_xarray(self) -> Any:
         """Return an xarray Dataset over `instance`: parameters and status are coordinates."""
-        try:
-            import xarray as xr  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
-        coords: dict[str, Any] = {
-            name: ("instance", values, {"units": self.units.get(name, "")})
-            for name, values in self.parameters.items()
-        }
-        found = {name: ("instance", self[name], {"units": self.units[name]}) for name in self.names}
-        about = {"scene": self.scene, "solver": self.solver, "design": self.design}
-        return xr.Dataset(
-            found, coords={**coords, "status": ("instance", list(self.status))}, attrs=about
-        )
-
-    def placed_failures(self) -> Iterator[Diagnostic]:
-        """List the errors, each with the number and the values (SI) of its run."""
-        return placed(self.failures, self.parameters)
-
-    def _written(self) -> list[int]:
-        return [k for k, status in enumerate(self.status) if status != INTERRUPTED]
+        return self._dataset(("instance",), {}, design=self.design)
 
 
-class StudyInterrupted(KeyboardInterrupt):
-    """Ctrl-C while a study ran; `result` holds the runs that were done by then.
-
-    `kept` is true where the next equal call goes on from there.
-    """
-
-    def __init__(self, result: Study, kept: bool = False) -> None:
-        done = result.status.count(DONE)
-        super().__init__(f"interrupted when {done} of {counted(len(result), 'run')} were done")
-        self.result = result
-        self.kept = kept
+StudyInterrupted = Interrupted
+"""An earlier name of `Interrupted`."""

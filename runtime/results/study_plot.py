@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import unknown_column
-from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
+from bgc.diagnostics.catalogue.machine import nothing_to_draw
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, Picture, write_figure
-from bgc.runtime.results.result import UnknownColumn
-from bgc.runtime.results.statistics import Runs
+from bgc.runtime.results.columns import UnknownColumn
+from bgc.runtime.results.plot import COLOURS, Target, picture
+from bgc.runtime.results.runs import ObservedRuns
 from bgc.runtime.results.study_kinds import check_kind
 
 _PANELS = 6
@@ -28,15 +27,13 @@ _WIDTH, _HEIGHT, _SQUARE = 8.0, 2.8, 3.6  # inches
 
 
 def plot_study(
-    study: Runs, path: str | Path | None, observables: Sequence[str] | None, kind: str | None
+    study: ObservedRuns, path: Target, observables: Sequence[str] | None, kind: str | None
 ) -> Figure:
     """Draw a study; see `Study.plot`.
 
     Raises BgError: BG065 for an unknown observable, BG066 for a kind that does not fit the study,
     BG075 where there is nothing to draw.
     """
-    if path is not None and Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
     names = list(study.names if observables is None else observables)[:_PANELS]
     for name in names:
         if name not in study.names:
@@ -45,15 +42,14 @@ def plot_study(
         raise BgError([nothing_to_draw("no run has a finite observable")])
     chosen = kind or _usual(study)
     check_kind(chosen, len(study.parameters))
-    with matplotlib.rc_context(STYLE):
-        figure = _DRAWN[chosen](study, names)
-        figure.suptitle(f"{study.scene}: {counted(len(study), 'run')}")
-        if path is not None:
-            write_figure(figure, path)
+    rows, columns, height = _layout(chosen, study, len(names))
+    with picture(path, _WIDTH, height * rows + 0.6) as figure:
+        _DRAWN[chosen](figure.subplots(rows, columns, squeeze=False), study, names)
+        figure.suptitle(f"{study.scene}: {counted(study.count, study.noun)}")
     return figure
 
 
-def _usual(study: Runs) -> str:
+def _usual(study: ObservedRuns) -> str:
     count = len(study.parameters)
     if count == 0:
         return "histogram"
@@ -62,20 +58,22 @@ def _usual(study: Runs) -> str:
     return "map" if count == 2 and _is_grid(study) else "scatter"
 
 
-def _is_grid(study: Runs) -> bool:
+def _is_grid(study: ObservedRuns) -> bool:
     axes = [np.unique(values) for values in study.parameters.values()]
     return int(np.prod([len(each) for each in axes])) == len(study)
 
 
-def _figure(rows: int, columns: int, height: float) -> tuple[Figure, Any]:
-    figure = Picture(figsize=(_WIDTH, height * rows + 0.6), layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False)
+def _layout(kind: str, study: ObservedRuns, count: int) -> tuple[int, int, float]:
+    """Rows and columns of the panels of so many observables, and the height of one in inches."""
+    if kind in ("map", "contour"):
+        columns = min(2, count)
+        return -(-count // columns), columns, _SQUARE
+    return count, min(len(study.parameters), _PANELS) if kind == "scatter" else 1, _HEIGHT
 
 
-def _curves(study: Runs, names: Sequence[str]) -> Figure:
+def _curves(axes: Any, study: ObservedRuns, names: Sequence[str]) -> None:
     """Observables over the first parameter, a curve for each combination of the others."""
     across, *others = study.parameters
-    figure, axes = _figure(len(names), 1, _HEIGHT)
     x = study.in_words(across)
     keys = np.column_stack([np.zeros(len(study)), *(study[name] for name in others)])
     groups, group = np.unique(keys, axis=0, return_inverse=True)
@@ -102,15 +100,11 @@ def _curves(study: Runs, names: Sequence[str]) -> Figure:
     if others and len(groups) <= _CURVES:
         axes[0, 0].legend(fontsize="small")
     axes[-1, 0].set_xlabel(study.label(across))
-    return figure
 
 
-def _over_two(study: Runs, names: Sequence[str], filled: bool) -> Figure:
+def _over_two(axes: Any, study: ObservedRuns, names: Sequence[str], filled: bool) -> None:
     """Observables over two parameters: cells of a grid, or contours, also of a sample."""
     first, second = study.parameters
-    columns = min(2, len(names))
-    rows = -(-len(names) // columns)
-    figure, axes = _figure(rows, columns, _SQUARE)
     x, y = study.in_words(first), study.in_words(second)
     for k, place in enumerate(axes.flat):
         if k >= len(names):
@@ -128,10 +122,9 @@ def _over_two(study: Runs, names: Sequence[str], filled: bool) -> Figure:
             mesh = Triangulation(x[some], y[some], triangles)
             drawn = place.tricontourf(mesh, z[some], levels=12, cmap="viridis")
             place.plot(x, y, ".", color="k", markersize=2, alpha=0.5)
-        figure.colorbar(drawn, ax=place, label=study.label(names[k]))
+        place.figure.colorbar(drawn, ax=place, label=study.label(names[k]))
         place.set_xlabel(study.label(first))
         place.set_ylabel(study.label(second))
-    return figure
 
 
 def _scaled(x: Array) -> Array:
@@ -151,10 +144,9 @@ def _cells(place: Any, x: Array, y: Array, z: Array) -> Any:
     return drawn
 
 
-def _scatter(study: Runs, names: Sequence[str]) -> Figure:
+def _scatter(axes: Any, study: ObservedRuns, names: Sequence[str]) -> None:
     """Each observable over each parameter."""
     given = list(study.parameters)[:_PANELS]
-    figure, axes = _figure(len(names), len(given), _HEIGHT)
     alpha = max(0.1, min(1.0, 100 / len(study)))
     for k, name in enumerate(names):
         for i, parameter in enumerate(given):
@@ -164,24 +156,23 @@ def _scatter(study: Runs, names: Sequence[str]) -> Figure:
             if k == len(names) - 1:
                 axes[k, i].set_xlabel(study.label(parameter))
         axes[k, 0].set_ylabel(study.label(name))
-    return figure
 
 
-def _histograms(study: Runs, names: Sequence[str]) -> Figure:
-    figure, axes = _figure(len(names), 1, _HEIGHT)
+def _histograms(axes: Any, study: ObservedRuns, names: Sequence[str]) -> None:
     for k, name in enumerate(names):
         values = study.in_words(name)
         axes[k, 0].hist(values[np.isfinite(values)], bins="auto", color=COLOURS[0])
         axes[k, 0].set_xlabel(study.label(name))
         axes[k, 0].set_ylabel("runs")
-    return figure
 
 
-_DRAWN: MappingProxyType[str, Callable[[Runs, Sequence[str]], Figure]] = MappingProxyType(
+_Draw: TypeAlias = Callable[[Any, ObservedRuns, Sequence[str]], None]
+
+_DRAWN: MappingProxyType[str, _Draw] = MappingProxyType(
     {
         "curves": _curves,
-        "map": lambda study, names: _over_two(study, names, filled=True),
-        "contour": lambda study, names: _over_two(study, names, filled=False),
+        "map": partial(_over_two, filled=True),
+        "contour": partial(_over_two, filled=False),
         "scatter": _scatter,
         "histogram": _histograms,
     }

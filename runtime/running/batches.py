@@ -15,8 +15,8 @@ from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED
 from bgc.runtime.results.observables import Reducer
+from bgc.runtime.results.runs import DONE, FAILED, INTERRUPTED
 from bgc.runtime.running.binding import Instance, Library
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.devices import open_devices

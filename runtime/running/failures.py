@@ -10,6 +10,7 @@ from bgc.building.built import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.structures import Status
@@ -26,16 +27,12 @@ class SimulationError(BgError):
         self.result = result
 
 
-class RunInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `result` holds the rows up to there.
-
-    It is a KeyboardInterrupt, so that a script with many runs ends as its user expects.
-    """
+class RunInterrupted(Interrupted):
+    """Ctrl-C during a run; `result` holds the rows up to there, `diagnostic` is its message."""
 
     def __init__(self, diagnostic: Diagnostic, result: Result) -> None:
-        super().__init__(diagnostic.message)
+        super().__init__(diagnostic.message, result)
         self.diagnostic = diagnostic
-        self.result = result
 
 
 def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Diagnostic:

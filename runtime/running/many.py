@@ -25,9 +25,10 @@ from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import RUN_NUMBER, Options
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted, gathered
+from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import Observable, Reducer, check_parts
-from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.results.runs import gathered
+from bgc.runtime.results.study import Study
 from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.cases import Cases
@@ -131,7 +132,7 @@ def simulate_many(
     ensemble = ensemble_of(work, plan.alone, notices, recalled)
     if work.stopping:
         kept = unfinished is not None and unfinished.keep(rows, work.completed, work.warned)
-        raise EnsembleInterrupted(ensemble, kept)
+        raise ensemble.interrupted(kept)
     if unfinished is not None:
         unfinished.clear()
     return ensemble
@@ -156,7 +157,7 @@ def observe_many(
     study = replace(study_of(plan, work, notices, design), recalled=recalled)
     if work.stopping:
         kept = unfinished is not None and unfinished.keep(work.reduced, work.completed, work.warned)
-        raise StudyInterrupted(study, kept)
+        raise study.interrupted(kept)
     if unfinished is not None:
         unfinished.clear()
     return study
@@ -257,7 +258,10 @@ def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled:
         time=work.times,
         values=model.selection().of(rows),
         names=tuple(variable.name for variable in model.outputs),
-        units={variable.name: variable.unit for variable in model.outputs},
+        units={
+            **{name: model.parameters[name].unit for name in work.varied},
+            **{variable.name: variable.unit for variable in model.outputs},
+        },
         shown={variable.name: variable.shown for variable in model.outputs},
         parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
         status=tuple(work.status_of(k) for k in range(len(work.cases))),

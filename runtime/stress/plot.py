@@ -7,13 +7,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from bgc.diagnostics.catalogue.machine import unknown_file_kind
-from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.results.plot import KINDS, STYLE, Picture, write_figure
+from bgc.runtime.results.plot import picture
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 from bgc.values.shown import Shown
@@ -30,25 +27,23 @@ _COLOURS: Mapping[Verdict, str] = MappingProxyType(
         Verdict.UNJUDGED: "#ffffff",
     }
 )
+_Cells = list[tuple[float, Judgement]]
+_Row = tuple[str, _Cells]
 _CELL = 0.62, 0.5  # inches, across and up
 _MARGIN = 3.4, 1.6
 
 
 def draw(found: StressMap, path: str | Path) -> Figure:
     """Draw a map and write it: a row for each drive, or a grid of two drives."""
-    if Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
-    with matplotlib.rc_context(STYLE):
-        figure = _draw(found)
-        write_figure(figure, path)
+    rows = _grid_rows(found) if found.grid else _drive_rows(found)
+    widest = max(len(cells) for _, cells in rows)
+    width, height = widest * _CELL[0] + _MARGIN[0], len(rows) * _CELL[1] + _MARGIN[1]
+    with picture(path, width, height) as figure:
+        _draw(figure, found, rows, widest)
     return figure
 
 
-def _draw(found: StressMap) -> Figure:
-    rows = _grid_rows(found) if found.grid else _drive_rows(found)
-    widest = max(len(cells) for _, cells in rows)
-    size = (widest * _CELL[0] + _MARGIN[0], len(rows) * _CELL[1] + _MARGIN[1])
-    figure = Picture(figsize=size, layout="constrained")
+def _draw(figure: Figure, found: StressMap, rows: Sequence[_Row], widest: int) -> None:
     axes: Any = figure.add_subplot()
     for height, (_, cells) in enumerate(rows):
         for place, (value, judgement) in enumerate(cells):
@@ -80,13 +75,9 @@ def _draw(found: StressMap) -> Figure:
         title="in a cell: the value, and below it the largest error",
         title_fontsize="small",
     )
-    return figure
 
 
-_Cells = list[tuple[float, Judgement]]
-
-
-def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
+def _drive_rows(found: StressMap) -> list[_Row]:
     return [
         (
             f"{drive.name}, {drive.shown.label}" if drive.shown.label else drive.name,
@@ -96,7 +87,7 @@ def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
     ]
 
 
-def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
+def _grid_rows(found: StressMap) -> list[_Row]:
     """Make a row for each value of the second drive, the largest on top."""
     name = found.points[0].settings[1][0]
     heights = sorted({point.settings[1][1] for point in found.points}, reverse=True)

@@ -9,8 +9,8 @@ import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.ensemble import gathered
 from bgc.runtime.results.observables import Observable
+from bgc.runtime.results.runs import gathered
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel

@@ -125,7 +125,7 @@ class Estimate(Tabled):
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw each fitted column, recorded and computed; return the figure."""
         # Loads matplotlib.
-        from bgc.runtime.studies.fit_plot import plot_estimate
+        from bgc.runtime.studies.plots import plot_estimate
 
         return plot_estimate(self._drawn(), self.scene, path)
 

@@ -230,7 +230,7 @@ class Operability(Tabled):
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw a map of utilisation with its limit for each heading; return the figure."""
         # Loads matplotlib.
-        from bgc.runtime.studies.operability_plot import plot_operability
+        from bgc.runtime.studies.plots import plot_operability
 
         worst = self.worst
         cells = [

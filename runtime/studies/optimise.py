@@ -17,6 +17,7 @@ from bgc.diagnostics.catalogue.studies import (
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import STEPPED, Criterion, Observable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import StatusLine
@@ -25,7 +26,7 @@ from bgc.runtime.running.sweep import Range
 from bgc.runtime.running.warned import negative_among
 from bgc.runtime.studies.bounds import spread, with_sobol
 from bgc.runtime.studies.designs import Designs, RunsSpent
-from bgc.runtime.studies.optimum import Limit, OptimisationInterrupted, Optimum
+from bgc.runtime.studies.optimum import Limit, Optimum
 
 SEARCHES = ("gradient", "evolution")
 JUDGES = ("worst", "mean")
@@ -172,7 +173,8 @@ def optimise(
         except KeyboardInterrupt as signal:
             best = problem.best
             found = None if best is None else _judged(problem, start, False, kind, notices)
-            raise OptimisationInterrupted(found, designs.runs) from signal
+            kept = "; the best design by then" if found is not None else ""
+            raise Interrupted(f"interrupted after {designs.runs} runs{kept}", found) from signal
     return _judged(problem, start, converged, kind, notices)
 
 

@@ -12,6 +12,7 @@ from bgc.diagnostics.doors import with_doors
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import Criterion, Observable
 from bgc.runtime.results.tabled import Tabled
 from bgc.values.shown import Shown
@@ -171,17 +172,12 @@ class Optimum(Tabled):
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw the objective and the largest excess over the runs; return the figure."""
         # Loads matplotlib.
-        from bgc.runtime.studies.optimum_plot import plot_optimum
+        from bgc.runtime.studies.plots import plot_optimum
 
         shown = self.goal.shown
         label = f"{self.goal.name} [{shown.label}]" if shown.label else self.goal.name
         return plot_optimum(self.history / (1.0, shown.factor, 1.0), label, self.scene, path)
 
 
-class OptimisationInterrupted(KeyboardInterrupt):
-    """Ctrl-C during an optimisation; `result` holds the best design by then, or None."""
-
-    def __init__(self, result: Optimum | None, runs: int) -> None:
-        kept = "; the best design by then" if result is not None else ""
-        super().__init__(f"interrupted after {runs} runs{kept}")
-        self.result = result
+OptimisationInterrupted = Interrupted
+"""An earlier name of `Interrupted`."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from bgc.building.recall import processors
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
-from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.study import Study
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.many import Plan, ensemble_of, lane_library, study_of
 from bgc.runtime.running.progress import ProgressBar
@@ -70,9 +70,9 @@ def _named(
     if plan.observables:
         study = replace(study_of(plan, work, notices, design), recalled=recalled)
         if interrupted:
-            raise StudyInterrupted(study, kept)
+            raise study.interrupted(kept)
         return study
     ensemble = ensemble_of(work, plan.alone, notices, recalled)
     if interrupted:
-        raise EnsembleInterrupted(ensemble, kept)
+        raise ensemble.interrupted(kept)
     return ensemble

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from pathlib import Path
 from typing import Any
 
-import matplotlib
 from matplotlib.figure import Figure
 
-from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
+from bgc.diagnostics.catalogue.machine import nothing_to_draw
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, Picture, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
@@ -27,22 +25,16 @@ _BEYOND = 1e4  # times the limit: larger errors are not drawn
 _LEAST = 1e-17
 
 
-def plot_trade(trade: TradeResult, path: str | Path | None = None) -> Figure:
+def plot_trade(trade: TradeResult, path: Target = None) -> Figure:
     """Draw a trade; write the figure if a path is given."""
-    if path is not None and Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
     if not any(row.done for row in trade.measurements):
         raise BgError([nothing_to_draw("no configuration completed the run")])
-    with matplotlib.rc_context(STYLE):
-        figure = _draw(trade)
-        if path is not None:
-            write_figure(figure, path)
+    with picture(path, *_SIZE) as figure:
+        _draw(figure.add_subplot(), trade)
     return figure
 
 
-def _draw(trade: TradeResult) -> Figure:
-    figure = Picture(figsize=_SIZE, layout="constrained")
-    axes: Any = figure.add_subplot()
+def _draw(axes: Any, trade: TradeResult) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     styles: dict[str, tuple[str, str]] = {}
@@ -76,7 +68,6 @@ def _draw(trade: TradeResult) -> Figure:
     axes.set_ylabel(f"error of {about}, as a part of {of}")
     axes.set_title(f"{trade.scene}: {spelled(trade.duration)} on {trade.machine}", fontsize=9)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
-    return figure
 
 
 def _explain_lines(axes: Any, ladders: Sequence[tuple[str, int, Variant]]) -> None:

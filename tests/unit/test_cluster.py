@@ -15,7 +15,7 @@ import bgc
 from bgc.building.recall import processors
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
-from bgc.runtime.results.study import StudyInterrupted
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.running import batches
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.many import plan_many
@@ -113,7 +113,7 @@ def test_a_store_goes_on_where_it_was_interrupted_and_refuses_others(
 
     with monkeypatch.context() as patch:
         patch.setattr(batches.Work, "run_batch", interrupted)
-        with pytest.raises(StudyInterrupted) as caught:
+        with pytest.raises(Interrupted) as caught:
             model.sweep(VARY, OBSERVE, store=out)
     done = len(whole) - caught.value.result.status.count("interrupted")
     assert caught.value.kept and 0 < done < len(whole)

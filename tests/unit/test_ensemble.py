@@ -22,7 +22,8 @@ from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.running import batches, many, unfinished
 
 pytestmark = pytest.mark.slow
@@ -47,7 +48,7 @@ def one_by_one(model: Model, ensemble: Ensemble, **options: float | str) -> np.n
     """The values of an ensemble, each instance simulated alone."""
     results = [
         model.simulate(parameters={n: v[k] for n, v in ensemble.parameters.items()}, **options)
-        for k in range(len(ensemble))
+        for k in range(ensemble.count)
     ]
     return np.array([np.column_stack(list(result.columns.values())) for result in results])
 
@@ -76,7 +77,7 @@ def test_fixed_steps_agree_with_runs_alone_to_rounding(name, scene, values, solv
     step = 1e-5 if solver == "rk4" else 1e-3
     options = {"duration": 200 * step, "every": 20.5 * step, "solver": solver, "step": step}
     ensemble = model.simulate_many(values, **options)
-    assert ensemble.together == len(ensemble) == len(next(iter(values.values())))
+    assert ensemble.together == ensemble.count == len(next(iter(values.values())))
     assert np.isfinite(ensemble.values).all()
     outputs = [k for k, n in enumerate(ensemble.names) if n not in model.accounts.values()]
     expected = one_by_one(model, ensemble, **options)
@@ -425,11 +426,68 @@ def test_files_have_every_row_with_its_parameters(oscillator, tmp_path):
         assert list(archive["names"]) == ["q", "v"]
 
 
-def test_an_xarray_is_labelled(oscillator):
+TURNTABLE = """
+model Turntable {
+  param speed : rad/s = 1 rad/s;
+  param arm : m = 2 m;
+  drive  : Sf(f = speed);
+  spring : C(stiffness = 1 N*m/rad);
+  drive -> spring;
+  output axes[2, 2] = [[cos(spring.q), -sin(spring.q)], [sin(spring.q), cos(spring.q)]];
+  output tip[2] : m = [arm*cos(spring.q), arm*sin(spring.q)];
+}
+scene turning of Turntable {
+  observe axes, tip in mm as tip, spring.q in deg as angle;
+  run 1 s every 0.25 s;
+}
+"""
+
+
+def test_an_ensemble_is_a_mapping_of_quantities_in_their_shapes(tmp_path):
+    (tmp_path / "turn.bg").write_text(TURNTABLE)
+    speeds = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    model = bgc.compile(tmp_path / "turn.bg")
+    ensemble = model.simulate_many({"speed": speeds})
+    angle = np.outer(speeds, ensemble.time)
+    c, s = np.cos(angle), np.sin(angle)
+    close = {"rtol": 0, "atol": 1e-9}
+    np.testing.assert_allclose(
+        ensemble["axes"], np.moveaxis([[c, -s], [s, c]], (0, 1), (2, 3)), **close
+    )
+    np.testing.assert_allclose(ensemble["tip"], np.moveaxis([2000 * c, 2000 * s], 0, 2), atol=1e-6)
+    np.testing.assert_allclose(ensemble["tip.y"], 2000 * s, atol=1e-6)
+    np.testing.assert_allclose(ensemble["angle"], np.degrees(angle), atol=1e-6)
+    assert ensemble.count == 5 and len(ensemble) == 7 and "axes" in ensemble
+    assert list(ensemble) == list(ensemble.keys()) == list(ensemble.names)
+    assert {name: values.shape for name, values in ensemble.items()} == dict.fromkeys(
+        ensemble.names, (5, 5)
+    )
+    assert ensemble["time"] is ensemble.time and ensemble.get("nothing") is None
+    for name in ("axes", "tip", "angle", "time"):
+        whole = ensemble[name] if name == "time" else ensemble[name][3]
+        assert np.array_equal(ensemble.run(3)[name], whole)
+
+
+def test_xarrays_of_one_run_and_of_many_are_of_one_kind(oscillator):
+    xarray = pytest.importorskip("xarray")
+    many = oscillator.simulate_many({"k": [5, 6]}, **FIXED)
+    found, one = many.to_xarray(), many.run(1).to_xarray()
+    assert isinstance(found, xarray.Dataset) and list(found) == list(one) == ["q", "v"]
+    assert found["q"].dims == ("instance", "time") and found["k"].attrs["units"] == "N/m"
+    assert found["q"].attrs == one["q"].attrs == {"units": "m"}
+    assert found["status"].values.tolist() == ["done", "done"]
+    xarray.testing.assert_equal(found.isel(instance=1).drop_vars(["k", "status"]), one)
+
+
+def test_a_parameter_named_as_an_output_stays_apart(tmp_path):
     pytest.importorskip("xarray")
-    array = oscillator.simulate_many({"k": [5, 6]}, **FIXED).to_xarray()
-    assert array.dims == ("instance", "time", "output")
-    assert array.sel(output="q").shape == (2, 7)
+    (tmp_path / "turn.bg").write_text(
+        TURNTABLE.replace("spring.q in deg as angle", "drive.f as speed")
+    )
+    many = bgc.compile(tmp_path / "turn.bg").simulate_many({"speed": [1.0, 2.0]})
+    data = many.to_xarray()
+    assert data["parameter:speed"].values.tolist() == [1, 2]
+    assert data["speed"].values.tolist() == [[1] * 5, [2] * 5]
 
 
 def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
@@ -443,10 +501,10 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
 
     monkeypatch.setattr(batches, "wait", interrupted_wait)
     sets = {"k": np.linspace(5, 6, 40)}
-    with pytest.raises(EnsembleInterrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         oscillator.simulate_many(sets, 1e5, every=1e4, solver="rk4", step=1e-5)
     result = caught.value.result
-    assert len(result) == 40
+    assert result.count == 40
     assert set(result.status) <= {"done", "interrupted"}
     assert "interrupted" in result.status
 
@@ -461,7 +519,7 @@ def test_an_interrupted_ensemble_is_resumed_with_the_same_numbers(
     whole = oscillator.simulate_many(sets, **options)
     with monkeypatch.context() as patch:
         interrupt_after(patch, 2)
-        with pytest.raises(EnsembleInterrupted) as caught:
+        with pytest.raises(Interrupted) as caught:
             oscillator.simulate_many(sets, **options)
     partial = caught.value.result
     done = partial.status.count("done")
@@ -490,7 +548,7 @@ def test_another_ensemble_or_a_damaged_file_is_not_resumed(oscillator, monkeypat
     sets = {"k": np.linspace(5, 6, 40)}
     with monkeypatch.context() as patch:
         interrupt_after(patch, 2)
-        with pytest.raises(EnsembleInterrupted):
+        with pytest.raises(Interrupted):
             oscillator.simulate_many(sets, **FIXED, resume=True)
     for other in ({"k": np.linspace(5, 6.1, 40)}, {**sets, "mass": 2.0}):
         assert oscillator.simulate_many(other, **FIXED, resume=True).recalled == 0

@@ -13,7 +13,8 @@ from ensembles import interrupt_after
 import bgc
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.interrupted import Interrupted
 
 pytestmark = pytest.mark.slow
 
@@ -73,7 +74,7 @@ def told(model: Model, ensemble: Ensemble, **options: float | str) -> list[list[
                 **options,
             ).warnings
         ]
-        for k in range(len(ensemble))
+        for k in range(ensemble.count)
     ]
 
 
@@ -81,7 +82,7 @@ def texts(ensemble: Ensemble) -> list[list[tuple[str, str]]]:
     """The same of an ensemble."""
     return [
         [(warning.code, warning.message) for warning in ensemble.run_warnings.get(k, ())]
-        for k in range(len(ensemble))
+        for k in range(ensemble.count)
     ]
 
 
@@ -127,7 +128,7 @@ def test_warnings_outlive_an_interruption(root: Model, monkeypatch) -> None:
     interrupt_after(monkeypatch, 1)
     with monkeypatch.context() as one:
         one.setattr("bgc.runtime.running.batches.processors", lambda: 1)
-        with pytest.raises(EnsembleInterrupted):
+        with pytest.raises(Interrupted):
             root.simulate_many(values, **options, resume=True)
     monkeypatch.undo()
     ensemble = root.simulate_many(values, **options, resume=True)

@@ -105,7 +105,7 @@ def errors(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarr
     """The largest difference of each instance from a run alone, by default at a tight tolerance."""
     options = options or {"solver": "rodas5p", "rtol": 1e-10}
     found = []
-    for k in range(len(ensemble)):
+    for k in range(ensemble.count):
         values = {name: each[k] for name, each in ensemble.parameters.items()}
         run = model.simulate(parameters=values, **options)
         alone = np.column_stack([run[name] for name in ensemble.names])

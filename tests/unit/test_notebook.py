@@ -148,7 +148,7 @@ def test_reprs_and_keys(model, result):
     assert model.parameters._ipython_key_completions_() == ["R", "L", "C"]
     assert result.plot()._repr_png_().startswith(b"\x89PNG")
     many = model.simulate_many({"R": [1.0, 2.0]})
-    assert many._ipython_key_completions_() == ["capacitor.e", "loop.f"]
+    assert many._ipython_key_completions_() == ["time", "capacitor.e", "loop.f"]
     assert "R" in many._repr_html_() and many.plot()._repr_png_().startswith(b"\x89PNG")
     linear = model.linearise(["supply.e"])
     assert "<table" in linear._repr_html_() and "2 states" in repr(linear)

@@ -14,9 +14,8 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.study import StudyInterrupted
+from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.studies import designs
-from bgc.runtime.studies.optimum import OptimisationInterrupted
 
 ABSORBER = """
 model Absorber {
@@ -167,11 +166,11 @@ def test_an_interruption_keeps_the_best_design(spring, file, monkeypatch):
         batches.append(plan)
         study = run(plan, **options)
         if len(batches) % 9 == 0:
-            raise StudyInterrupted(study)
+            raise study.interrupted(kept=False)
         return study
 
     monkeypatch.setattr(designs, "observe_many", interrupted)
-    with pytest.raises(OptimisationInterrupted, match="the best design by then") as caught:
+    with pytest.raises(Interrupted, match="the best design by then") as caught:
         spring.optimise({"k": "1..800 N/m"}, minimise="max(x)", require=["max(force) < 60 N"])
     found = caught.value.result
     assert not found.converged and found.objective < found.at_start

@@ -10,8 +10,9 @@ import pytest
 
 from bgc.building.built import Panel
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.columns import UnknownColumn
 from bgc.runtime.results.plot import read_panel
-from bgc.runtime.results.result import Result, UnknownColumn
+from bgc.runtime.results.result import Result
 
 TIME = np.array([0.0, 0.1, 0.2])
 
@@ -55,6 +56,39 @@ def test_a_component_by_the_name_of_its_axis(result):
     assert result["tip.x"] is result["tip[1]"]
     assert "tip.y" in result and "force.x" not in result
     assert result.expand(["tip.y", "tip.z"]) == ["tip[2]", "tip.z"]  # `tip.z` has its own column
+
+
+def test_a_column_in_a_unit_is_found_by_the_name_of_the_quantity():
+    result = make({"bore [bar]": "bar", "tip[2] [mm]": "mm", "tip[1] [mm]": "mm", "tip": "m"})
+    assert result["bore"] is result["bore [bar]"] and "bore" in result
+    assert result["tip"] is result.columns["tip"]  # a column of that name comes first
+    assert np.array_equal(result["tip [mm]"][:, 0], result["tip.x"])
+    assert result.expand(["bore", "tip.y"]) == ["bore [bar]", "tip[2] [mm]"]
+
+
+def test_a_name_with_several_units_is_refused():
+    result = make({"q [mm]": "mm", "q [cm]": "cm", "p": "m"})
+    assert "q" not in result and "q [cm]" in result
+    with pytest.raises(UnknownColumn) as error:
+        result["q"]
+    assert error.value.diagnostics[0].help == "write it with its unit: `q [mm]` and `q [cm]`"
+    with pytest.raises(UnknownColumn, match="did you mean `bore`"):
+        make({"bore [bar]": "bar"})["boer"]
+
+
+def test_a_matrix_has_its_shape():
+    places = [(i, j) for i in (2, 1) for j in (3, 1, 2)]
+    columns = {f"R[{i},{j}]": 10 * i + j + TIME for i, j in places}
+    result = replace(make(dict.fromkeys(columns, "1")), columns=columns)
+    expected = np.array([[11, 12, 13], [21, 22, 23]]) + TIME[:, None, None]
+    assert np.array_equal(result["R"], expected)
+    assert result.expand(["R"])[:2] == ["R[1,1]", "R[1,2]"]
+    del columns["R[2,2]"]
+    assert "R" not in replace(result, columns=columns)  # one entry is not observed
+
+
+def test_a_result_equals_itself_alone(result):
+    assert result == result and result != replace(result) and len({result, result}) == 1
 
 
 def test_unknown_columns_are_key_errors_that_suggest(result):

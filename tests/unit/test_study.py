@@ -15,7 +15,8 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import table_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.study import Study
 from bgc.runtime.running import batches, unfinished
 from bgc.runtime.running.csv_tables import read_cases
 from bgc.runtime.running.sweep import Listed, Range, points, read_axis
@@ -83,7 +84,7 @@ def test_an_interrupted_study_is_resumed(model, monkeypatch, tmp_path):
 
     with monkeypatch.context() as patch:
         patch.setattr(batches.Work, "run_batch", interrupted)
-        with pytest.raises(StudyInterrupted) as caught:
+        with pytest.raises(Interrupted) as caught:
             model.sweep(vary, observe, resume=True)
     done = caught.value.result.status.count("done")
     assert caught.value.kept and 0 < done < 40

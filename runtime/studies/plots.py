@@ -1,24 +1,58 @@
-"""Maps of operability over period and height."""
+"""Plots of an estimation, of an optimisation and of operability."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from bgc.diagnostics.catalogue.machine import unknown_file_kind
-from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.plot import KINDS, STYLE, Picture, write_figure
+from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _MOST_CELLS = 150  # of a map whose cells are written
-
 _DARK = 0.75  # from a share of 1, where the colours are dark
 
 _Axis = tuple[Array, str]
+
+
+def plot_estimate(
+    columns: Sequence[tuple[str, Array, Array, Array]], scene: str, path: Target
+) -> Figure:
+    """Draw columns, each with its label, times, recorded and computed values."""
+    with picture(path, 8.0, 2.6 * len(columns) + 0.7) as figure:
+        axes = figure.subplots(len(columns), 1, squeeze=False, sharex=True)[:, 0]
+        for place, (label, time, recorded, computed) in zip(axes, columns, strict=True):
+            place.plot(time, recorded, ".", color=COLOURS[1], markersize=3, label="recorded")
+            place.plot(time, computed, color=COLOURS[0], label="computed")
+            place.set_ylabel(label)
+        axes[0].legend()
+        axes[-1].set_xlabel("time [s]")
+        figure.suptitle(f"{scene}: estimated parameters")
+    return figure
+
+
+def plot_optimum(history: Array, label: str, scene: str, path: Target) -> Figure:
+    """Draw a step for each better design: runs, objective as shown, excess over the limits.
+
+    Designs that exceed a limit are hollow.
+    """
+    runs, values, excess = history.T
+    with picture(path, 8.0, 3.6) as figure:
+        axes = figure.subplots()
+        axes.step(runs, values, where="post", color=COLOURS[0], linewidth=1.0)
+        held = excess <= 1e-6
+        axes.plot(runs[held], values[held], "o", color=COLOURS[0], markersize=4, label="limits met")
+        if not held.all():
+            axes.plot(
+                runs[~held], values[~held], "o", color=COLOURS[1], markersize=4, fillstyle="none",
+                label="a limit exceeded",
+            )  # fmt: skip
+            axes.legend()
+        axes.set_xlabel("runs")
+        axes.set_ylabel(label)
+        figure.suptitle(f"{scene}: best design by then")
+    return figure
 
 
 def plot_operability(
@@ -29,17 +63,14 @@ def plot_operability(
     limits: Array,
     cells: Sequence[Sequence[Sequence[str]]],
     legend: Sequence[str],
-    path: str | Path | None,
+    path: Target,
 ) -> Figure:
     """Draw a map for each heading: colours of utilisation, its cells as texts, the limit."""
-    if path is not None and Path(path).suffix.lower() not in KINDS:
-        raise BgError([unknown_file_kind(str(path), KINDS)])
     (x, x_label), (y, y_label) = periods, heights
     columns = min(2, len(titles))
     rows = -(-len(titles) // columns)
-    with matplotlib.rc_context(STYLE):
-        wide = max(5.0, 1.5 + 0.5 * len(x))  # inches, so that the texts of cells stand apart
-        figure = Picture(figsize=(wide * columns, 3.8 * rows + 0.8), layout="constrained")
+    wide = max(5.0, 1.5 + 0.5 * len(x))  # inches, so that the texts of cells stand apart
+    with picture(path, wide * columns, 3.8 * rows + 0.8) as figure:
         axes = figure.subplots(rows, columns, squeeze=False)
         for h, place in enumerate(axes.flat):
             if h >= len(titles):
@@ -69,6 +100,4 @@ def plot_operability(
             place.set_ylabel(y_label)
         figure.colorbar(drawn, ax=axes, label="share of the limit (black line: limiting height)")
         figure.suptitle("\n".join(legend), fontsize="small")
-        if path is not None:
-            write_figure(figure, path)
     return figure
