@@ -20,11 +20,11 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ[_name] = "1"  # idle threads reserve memory
 
-import ill_posed_cases  # noqa: E402
+import ill_posed  # noqa: E402
 import mutants  # noqa: E402
 from workers import keep_portion, kept_portions, run_portion, summary  # noqa: E402
 
-KINDS = {"mutants": mutants, "ill-posed": ill_posed_cases}
+KINDS = {"mutants": mutants, "ill-posed": ill_posed}
 PORTION = 500
 
 

@@ -1,46 +1,34 @@
-"""Generators of ill-posed models: each draws sizes, numbers and surroundings of one kind of fault.
+"""Ill-posed models: kinds of faults in `ill_posed.txt`, each drawn with other numbers and sizes.
 
-A generator returns the items of a model that has no answer, or many, or none beyond some time.
-`drafted` puts them into random surroundings: alone, beside sound parts, in a part of a part, or in
-an array. `bgc` has to refuse the model or to end its run with a code; numbers alone are wrong.
+`drafted` puts a fault into random surroundings: alone, beside sound parts, in a part of a part, or
+in an array. `bgc` has to refuse the model or to end its run with a code; numbers alone are wrong.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeAlias
+import re
+from pathlib import Path
+
+from judging import Verdict, judged, run_briefly
+
+RUN_SECONDS = 20.0  # of processor time
+
+_ALTERNATIVES = re.compile(r"<<((?:(?!<<|>>).)*)>>", re.DOTALL)
+_REPEATED = re.compile(r"\[\*n: (.*?)\*\]", re.DOTALL)
+_NUMBER = re.compile(r"#([a-z]?)(?:\(([\d.]+), ([\d.]+)\)|\[(\d+)\.\.(\d+)\])?")
+_FIELD = re.compile(r"^(observe|scene|run|declares|count|warns|no scene):? ?(.*)$")
 
 
-@dataclass(frozen=True, slots=True)
-class Core:
-    """A fault: items of a model, names to observe in it, declarations and scene statements.
-
-    In `scene`, `{at}` stands for the path of the items in the scene's model. `warns` marks models
-    that run, and of which a warning is the right answer.
-    """
-
-    items: str
-    observe: tuple[str, ...] = ()
-    scene: str = ""
-    declarations: str = ""
-    run: str = "run 2 s every 0.1 s;"
-    warns: bool = False
-    whole_scene: bool = True
+def _kinds() -> dict[str, str]:
+    """The kinds of faults by name, in the order of the numbers of their cases."""
+    text = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8")
+    text = re.sub(r"^//.*\n", "", text, flags=re.MULTILINE)
+    _, *kinds = text.split("### ")
+    return {name: body for name, _, body in (kind.partition("\n") for kind in kinds)}
 
 
-SOLVERS = (
-    *("", "", "solver rodas5p;", "solver dopri5;", "solver radau5;", "solver tsit5;"),
-    *(
-        "step 1 ms;",
-        "solver ros34prw; step 1 ms;",
-        "solver rk4; step 1 ms;",
-        "solver lie; step 1 ms;",
-    ),
-)
-
-Generator: TypeAlias = Callable[[random.Random], Core]
+KINDS = _kinds()
 
 
 def number(rng: random.Random, low: float = 0.1, high: float = 50.0) -> str:
@@ -49,8 +37,32 @@ def number(rng: random.Random, low: float = 0.1, high: float = 50.0) -> str:
     return rng.choice((f"{value:.1g}", f"{value:.2g}", f"{value:.4g}", f"{value:.3e}"))
 
 
-def whole(rng: random.Random, low: int = 2, high: int = 5) -> int:
-    return rng.randint(low, high)
+def _drawn(rng: random.Random, text: str) -> str:
+    """The text of a kind with alternatives chosen, parts repeated and numbers put in."""
+    while _ALTERNATIVES.search(text):
+        text = _ALTERNATIVES.sub(lambda found: rng.choice(found[1].split("|")).strip(" "), text)
+    if ranged := re.search(r"^count: n = (\d)\.\.(\d)$", text, re.MULTILINE):
+        n = rng.randint(int(ranged[1]), int(ranged[2]))
+        text = _REPEATED.sub(
+            lambda found: "".join(
+                found[1].replace("@+", str((k + 1) % n)).replace("@", str(k)) for k in range(n)
+            ),
+            text,
+        )
+    named: dict[str, str] = {}
+
+    def value(found: re.Match[str]) -> str:
+        if found[1] in named:
+            return named[found[1]]
+        if found[4]:
+            drawn = str(rng.randint(int(found[4]), int(found[5])))
+        else:
+            drawn = number(rng, float(found[2] or 0.1), float(found[3] or 50.0))
+        if found[1]:
+            named[found[1]] = drawn
+        return drawn
+
+    return _NUMBER.sub(value, text)
 
 
 def _sound(rng: random.Random, name: str) -> str:
@@ -69,24 +81,56 @@ def _sound(rng: random.Random, name: str) -> str:
     )
 
 
-def drafted(rng: random.Random, core: Core) -> str:
-    """Put an ill-posed core into surroundings that have an answer."""
+def drafted(rng: random.Random, kind: str) -> tuple[str, bool]:
+    """An ill-posed model in surroundings that have an answer; whether a warning will do."""
+    fields = {"run": "run 2 s every 0.1 s;"}
+    items = []
+    for line in _drawn(rng, KINDS[kind]).splitlines():
+        if field := _FIELD.match(line):
+            fields[field[1]] = field[2]
+        else:
+            items.append(line)
+    core, names = "\n".join(items), fields.get("observe", "")
     beside = " ".join(_sound(rng, f"sound{k}_") for k in range(rng.choice((0, 0, 1, 2))))
     how = rng.choice(("alone", "beside", "part", "nested", "array"))
-    if how in ("alone", "beside") or not core.observe:
-        at, text = "", f"model M {{ {core.items} {beside if how == 'beside' else ''} }}"
+    if how in ("alone", "beside") or not names:
+        at, text = "", f"model M {{ {core} {beside if how == 'beside' else ''} }}"
     else:
-        count = whole(rng, 2, 3)
-        text = f"model Inner {{ {core.items} }}"
-        if how == "part":
-            at, body = "core.", "core : Inner;"
-        elif how == "nested":
-            text += "model Middle { inner : Inner; }"
-            at, body = "middle.inner.", "middle : Middle;"
-        else:
-            at, body = f"core[{count}].", f"for i in 1..{count} {{ core[i] : Inner; }}"
-        text += f"model M {{ {body} {beside} }}"
-    names = ", ".join(f"{at}{name}" for name in core.observe)
-    observed = f"observe {names};" if names else ""
-    scene = f"scene trial of M {{ {observed} {core.scene.replace('{at}', at)} {core.run} }}"
-    return f"{core.declarations} {text} {scene if core.whole_scene else ''}".replace("; ", ";\n")
+        count = rng.randint(2, 3)
+        at, body, inner = {
+            "part": ("core.", "core : Inner;", ""),
+            "nested": ("middle.inner.", "middle : Middle;", "model Middle { inner : Inner; }"),
+            "array": (f"core[{count}].", f"for i in 1..{count} {{ core[i] : Inner; }}", ""),
+        }[how]
+        text = f"model Inner {{ {core} }} {inner} model M {{ {body} {beside} }}"
+    observed = ", ".join(f"{at}{name}" for name in names.split(", ")) if names else ""
+    statements = [f"observe {observed};" if names else "", fields.get("scene", ""), fields["run"]]
+    scene = f"scene trial of M {{ {' '.join(statements).replace('{at}', at)} }}"
+    text = f"{fields.get('declares', '')} {text} {'' if 'no scene' in fields else scene}"
+    return text.replace("; ", ";\n"), "warns" in fields
+
+
+def _case(seed: int, number: int) -> tuple[str, str, bool]:
+    kind = list(KINDS)[number % len(KINDS)]
+    return kind, *drafted(random.Random(f"{seed}:{number}"), kind)
+
+
+def text_of(seed: int, number: int) -> tuple[str, bytes]:
+    """The kind of a case, and its text; the kinds follow each other in turn."""
+    kind, text, _ = _case(seed, number)
+    return kind, text.encode()
+
+
+def judge(seed: int, number: int, folder: Path) -> list[Verdict]:
+    """`refused` by the compiler, `stopped` in its run, `warned` where that will do, or a fault."""
+    kind, text, warns = _case(seed, number)
+    path = folder / "ill_posed.bg"
+    path.write_text(text, "utf-8")
+    verdict = judged(path, verify=True)
+    if verdict.outcome in ("accepted", "parts only"):
+        verdict = run_briefly(path, RUN_SECONDS)
+    if verdict.outcome in ("ran", "slow", "accepted", "parts only"):
+        if warns and verdict.codes:
+            return [Verdict("warned", verdict.codes)]
+        return [Verdict("silent", verdict.codes, f"{kind}: {verdict.outcome}")]
+    return [verdict]

@@ -4,12 +4,11 @@ import os
 import sys
 from functools import partial
 
-import ill_posed_cases
+import ill_posed
 import mutants
 import pytest
 import variants
 import workers
-from ill_posed_cases import GENERATORS
 from judging import Verdict
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits the resources of a process")
@@ -28,10 +27,10 @@ def test_mutated_files_are_answered(tmp_path, first):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, len(GENERATORS), PART))
+@pytest.mark.parametrize("first", range(0, len(ill_posed.KINDS), PART))
 def test_ill_posed_models_are_refused_or_end_with_a_code(tmp_path, first):
-    size = min(PART, len(GENERATORS) - first)
-    portion = workers.run_portion(first, size, partial(ill_posed_cases.judge, 1), tmp_path)
+    size = min(PART, len(ill_posed.KINDS) - first)
+    portion = workers.run_portion(first, size, partial(ill_posed.judge, 1), tmp_path)
     assert portion.faults == []
     assert set(portion.outcomes) <= {"refused", "stopped", "warned"}
 
@@ -39,8 +38,8 @@ def test_ill_posed_models_are_refused_or_end_with_a_code(tmp_path, first):
 def test_a_case_is_the_same_each_time():
     assert [mutants.text_of(1, k) for k in range(20)] == [mutants.text_of(1, k) for k in range(20)]
     assert mutants.text_of(1, 3) != mutants.text_of(2, 3)
-    assert [ill_posed_cases.text_of(1, k) for k in range(9)] == [
-        ill_posed_cases.text_of(1, k) for k in range(9)
+    assert [ill_posed.text_of(1, k) for k in range(9)] == [
+        ill_posed.text_of(1, k) for k in range(9)
     ]
 
 
