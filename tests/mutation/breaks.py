@@ -1,6 +1,7 @@
 """Deliberate breaks of C and Python texts: one changed place each.
 
-C is changed by patterns in lines without comments and strings, Python by its syntax tree.
+C is changed by patterns in lines without comments and strings, Python at the places of nodes of its
+syntax tree: all else of the text stays.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ class Break:
     before: str
     after: str
     text: Callable[[], str]
+    function: str = ""  # of Python: `Class.method`, "" in a module's own statements
 
     @property
     def name(self) -> str:
@@ -105,10 +107,11 @@ _OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
 }  # fmt: skip
 _SYMMETRIC = {"mul", "add", "equal", "isclose", "max", "min", "gcd"}  # functions of two arguments
 _SKIPPED = {"annotation", "returns", "decorator_list", "type_params"}
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 
-def _nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Nodes that run, without annotations and what is raised."""
+def _nodes(node: ast.AST, function: str = "") -> Iterator[tuple[ast.AST, str]]:
+    """Nodes that run, with their functions; without annotations and what is raised."""
     for field, value in ast.iter_fields(node):
         children = value if isinstance(value, list) else [value]
         for child in children:
@@ -116,89 +119,80 @@ def _nodes(node: ast.AST) -> Iterator[ast.AST]:
                 continue
             if isinstance(child, ast.keyword) and child.arg == "strict":
                 continue  # a check
-            if not isinstance(child, ast.Raise | ast.Assert | ast.JoinedStr):
-                yield child
-                yield from _nodes(child)
+            if isinstance(child, ast.Assert | ast.JoinedStr) or _is_docstring(child):
+                continue
+            yield child, function
+            if not isinstance(child, ast.Raise):
+                named = isinstance(child, _FUNCTIONS)
+                inner = f"{function}.{child.name}".lstrip(".") if named else function  # type: ignore[attr-defined]
+                yield from _nodes(child, inner)
 
 
-def _changes(node: ast.AST) -> Iterator[ast.AST]:
-    """Copies of a node with one change."""
-    new: ast.AST
+def _is_docstring(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+def _changes(node: ast.AST, strings: bool) -> Iterator[tuple[ast.AST, ast.AST]]:
+    """Parts of a node, and what takes their place: one fault each."""
     if isinstance(node, ast.Compare) and type(node.ops[0]) in _OPERATORS:
         new = copy.deepcopy(node)
         new.ops[0] = _OPERATORS[type(node.ops[0])]()  # type: ignore[call-overload]
-        yield new
+        yield node, new
     if isinstance(node, ast.BinOp | ast.BoolOp) and type(node.op) in _OPERATORS:
-        new = copy.deepcopy(node)
-        new.op = _OPERATORS[type(node.op)]()  # type: ignore[assignment]
-        yield new
+        changed = copy.deepcopy(node)
+        changed.op = _OPERATORS[type(node.op)]()  # type: ignore[assignment]
+        yield node, changed
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
-        yield copy.deepcopy(node.operand)
+        yield node, node.operand
     if isinstance(node, ast.If | ast.IfExp | ast.While):
-        new = copy.deepcopy(node)
-        new.test = ast.UnaryOp(ast.Not(), new.test)
-        yield new
+        yield node.test, ast.UnaryOp(ast.Not(), node.test)
     if isinstance(node, ast.comprehension) and node.ifs:
-        new = copy.deepcopy(node)
-        new.ifs = new.ifs[1:]
-        yield new
+        yield node.ifs[0], ast.Constant(True)
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
-        yield ast.Constant(not node.value)
+        yield node, ast.Constant(not node.value)
     elif isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-        yield ast.Constant(node.value + 1)
-    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-        yield ast.Pass()
-    if isinstance(node, ast.Assign | ast.AugAssign) and isinstance(_target(node), ast.Subscript):
-        yield ast.Pass()
-    if isinstance(node, ast.Continue | ast.Break):
-        yield ast.Pass()
+        yield node, ast.Constant(node.value + 1)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, str) and strings:
+        yield node, ast.Constant(node.value + "x")
+    if _may_be_left_out(node):
+        yield node, ast.Pass()
     if isinstance(node, ast.Call) and len(node.args) > 1 and _name_of(node) not in _SYMMETRIC:
-        new = copy.deepcopy(node)
-        new.args[-2:] = new.args[:-3:-1]
-        if ast.dump(new) != ast.dump(node):
-            yield new
+        swapped = copy.deepcopy(node)
+        swapped.args[-2:] = swapped.args[:-3:-1]
+        if ast.dump(swapped) != ast.dump(node):
+            yield node, swapped
+
+
+def _may_be_left_out(node: ast.AST) -> bool:
+    if isinstance(node, ast.Expr):
+        return isinstance(node.value, ast.Call)
+    if isinstance(node, ast.Assign):
+        return isinstance(node.targets[0], ast.Subscript | ast.Attribute)
+    return isinstance(node, ast.AugAssign | ast.Continue | ast.Break | ast.Raise)
 
 
 def _name_of(node: ast.Call) -> str:
     return ast.unparse(node.func).rsplit(".", 1)[-1]
 
 
-def _target(node: ast.Assign | ast.AugAssign) -> ast.expr:
-    return node.target if isinstance(node, ast.AugAssign) else node.targets[0]
+def breaks_of_python(text: str, strings: bool = False) -> Iterator[Break]:
+    """All breaks of a Python file; `strings` adds changed texts."""
+    lines = text.encode().splitlines(keepends=True)
+    for node, function in _nodes(ast.parse(text)):
+        for old, new in _changes(node, strings):
+            before, after = ast.unparse(old), ast.unparse(new)
+            put = after if isinstance(new, ast.stmt | ast.Constant) else f"({after})"
+            assert isinstance(old, ast.expr | ast.stmt)
+            yield Break(old.lineno, before, after, partial(_put, lines, old, put), function)
 
 
-def breaks_of_python(text: str) -> Iterator[Break]:
-    """All breaks of a Python file."""
-    tree = ast.parse(text)
-    for place, node in enumerate(_nodes(tree)):
-        for count, new in enumerate(_changes(node)):
-            at = node.target if isinstance(node, ast.comprehension) else node
-            line = getattr(at, "lineno", 0)
-            yield Break(line, _shown(node), _shown(new), partial(_unparsed, text, place, count))
-
-
-def _unparsed(text: str, place: int, count: int) -> str:
-    tree = ast.parse(text)
-    node = list(_nodes(tree))[place]
-    changed = _Replace(node, list(_changes(node))[count]).visit(tree)
-    return ast.unparse(ast.fix_missing_locations(changed))
-
-
-def _shown(node: ast.AST) -> str:
-    if isinstance(node, ast.If | ast.While):
-        return f"if {ast.unparse(node.test)}"
-    return (
-        ast.unparse(node).split("\n")[0]
-        if not isinstance(node, ast.comprehension)
-        else (
-            f"for {ast.unparse(node.target)} {' '.join('if ' + ast.unparse(i) for i in node.ifs)}"
-        )
-    )
-
-
-class _Replace(ast.NodeTransformer):
-    def __init__(self, old: ast.AST, new: ast.AST) -> None:
-        self.old, self.new = old, new
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        return self.new if node is self.old else super().visit(node)
+def _put(lines: list[bytes], old: ast.expr | ast.stmt, new: str) -> str:
+    """The text with another one in the place of a node."""
+    assert old.end_lineno is not None and old.end_col_offset is not None
+    first, last = lines[old.lineno - 1], lines[old.end_lineno - 1]
+    whole = b"".join(lines[: old.lineno - 1]) + first[: old.col_offset] + new.encode()
+    return (whole + last[old.end_col_offset :] + b"".join(lines[old.end_lineno :])).decode()
