@@ -20,8 +20,9 @@ from bgc.grammar import syntax
 from bgc.grammar.parse import Reading, parse_setting, read_so_far
 from bgc.grammar.words import TABLE
 from bgc.language.elements import ELEMENTS
-from bgc.language.scene_tables import DRIVER_OPTIONS, SOLVER_OPTIONS
+from bgc.language.scene_tables import DRIVER_OPTIONS
 from bgc.language.shape_table import COLOURS, SHAPES
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.reference import functions, library
 from bgc.reference.entry import first_sentence
 from bgc.resolution.library import library_modules

@@ -14,8 +14,9 @@ from bgc.grammar import syntax
 from bgc.grammar.tokens import span_of
 from bgc.grammar.words import TABLE
 from bgc.language.elements import ELEMENTS
-from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS, SOLVER_OPTIONS
+from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS
 from bgc.language.shape_table import SHAPES
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.reference import elements, functions, library, units, words
 from bgc.reference.entry import Block, Code, Entry, Heading, Text
 from bgc.resolution.library import library_modules

@@ -1,4 +1,4 @@
-"""Names in scenes: options of solvers, channels of devices, energy accounts."""
+"""Names in scenes: options of drivers, channels of devices, energy accounts."""
 
 from __future__ import annotations
 
@@ -8,22 +8,12 @@ from dataclasses import dataclass
 from bgc.values.units import Dimension
 from bgc.values.value import Shape
 
-_NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 _HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
 _SPEED: Dimension = (0, 1, -1, 0, 0, 0, 0)
 _FORCE: Dimension = (1, 1, -2, 0, 0, 0, 0)
 _TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class SolverOption:
-    """An option of every solver; `dimension` is None where each state has its own."""
-
-    dimension: Dimension | None
-    default: str
-    doc: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,34 +24,6 @@ class Channel:
     dimension: Dimension | None
     doc: str
 
-
-SOLVER_OPTIONS: Mapping[str, SolverOption] = {
-    "rtol": SolverOption(_NUMBER, "1e-6", "relative tolerance of an adaptive method"),
-    "atol": SolverOption(
-        None,
-        "rtol times the scale of each state",
-        "absolute tolerance of an adaptive method, one number for all states (SI)",
-    ),
-    "step": SolverOption(
-        _SECOND, "the scene's `step`", "step of a fixed-step method, first step of an adaptive one"
-    ),
-    "max_step": SolverOption(
-        _SECOND,
-        "5 row intervals where the model depends on time",
-        "longest step of an adaptive method",
-    ),
-    "max_steps": SolverOption(_NUMBER, "1e7", "most steps between two rows"),
-    "keep": SolverOption(
-        _NUMBER, "1", "number of steps over which a fixed-step method keeps its Jacobian"
-    ),
-    "substeps": SolverOption(
-        _NUMBER, "1", "most parts of a fixed step, which is divided where its error is above `rtol`"
-    ),
-    "settle": SolverOption(
-        _HERTZ, "none", "modes faster than this start at rest, under their loads"
-    ),
-}
-"""Options of `solver NAME(..)`."""
 
 TRACE_COLUMNS = (
     *("x", "y", "z", "qw", "qx", "qy", "qz", "gripper"),

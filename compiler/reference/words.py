@@ -11,10 +11,10 @@ from bgc.language.scene_tables import (
     ACCOUNTS,
     DEVICE_COMMANDS,
     DEVICE_INPUTS,
-    SOLVER_OPTIONS,
     Channel,
 )
 from bgc.language.shape_table import COLOURS, SHAPES
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 from bgc.values.units import si_symbol
@@ -63,22 +63,11 @@ WORDS = Group(
 def solver_options(names: Collection[str] = tuple(SOLVER_OPTIONS)) -> Table:
     """Return the options of solvers, or those of some names, as a table."""
     rows = tuple(
-        (
-            name,
-            "" if option.dimension is None else _unit(option.dimension),
-            option.default,
-            option.doc,
-        )
+        (name, option.unit or "", option.default, option.doc)
         for name, option in SOLVER_OPTIONS.items()
         if name in names
     )
     return Table("options of a solver", ("name", "unit", "default", "meaning"), rows)
-
-
-def _unit(dimension: tuple[object, ...]) -> str:
-    """The unit in which a value is written; a plain number has none."""
-    symbol = si_symbol(dimension)  # type: ignore[arg-type]
-    return {"1": "", "1/s": "Hz"}.get(symbol, symbol)
 
 
 def _channels(title: str, table: Mapping[str, Channel]) -> Table:

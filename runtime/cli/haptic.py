@@ -19,10 +19,11 @@ from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
     read_devices,
-    read_times,
+    read_solver,
     read_uses,
     scene_option,
     set_option,
+    solver_options,
     use_option,
 )
 from bgc.runtime.cli.realtime import LiveView, print_couplings, read_limits, realtime_options
@@ -47,15 +48,7 @@ if TYPE_CHECKING:
 @use_option
 @device_option
 @click.option("--time", "duration", metavar="TIME", help="Simulated time; by default until Ctrl-C.")
-@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
-@click.option("--step", metavar="TIME", help='Step and period of the loop: "1 ms".')
-@click.option("--rtol", type=float, help="Relative tolerance of adaptive steps and substeps.")
-@click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
-@click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
-@click.option(
-    "--substeps", type=int, help="Parts, at most, into which an inaccurate fixed step is divided."
-)
-@click.option("--rest", is_flag=True, help="Start at the nearest state at which all rates vanish.")
+@solver_options(step='Step and period of the loop: "1 ms".')
 @click.option("--record", metavar="FILE", help="Record the motion: .csv, which `trace` replays.")
 @click.option(
     "--exchange",
@@ -84,20 +77,13 @@ def haptic(
     uses: tuple[str, ...],
     devices: tuple[str, ...],
     duration: str | None,
-    solver: str | None,
-    step: str | None,
-    rtol: float | None,
-    atol: float | None,
-    max_step: str | None,
-    substeps: int | None,
-    rest: bool,
     record: str | None,
     exchanges: tuple[str, ...],
     view: bool,
     port: int,
     no_browser: bool,
     quiet: bool,
-    **limits: Any,
+    **others: Any,
 ) -> None:
     """Run a scene of FILE in step with the clock, with its devices.
 
@@ -123,19 +109,12 @@ def haptic(
     if len(choices) > MOST_CHOICES:
         raise click.UsageError(f"--exchange may be repeated {MOST_CHOICES - 1} times")
     print_diagnostics([warning for choice in choices for warning in choice.model.warnings])
-    method: dict[str, Any] = {
-        "solver": solver,
-        **read_times(step=step, max_step=max_step),
-        "rtol": rtol,
-        "atol": atol,
-        "substeps": substeps,
-        "start": "rest" if rest else None,
-    }
+    method = read_solver(others)
     follower = _follower(file.name, chosen, method) if view else None
     loop = model.realtime(
         None if duration is None else read_quantity(duration, "--time", "s"),
         devices=chosen,
-        options=read_limits(limits),
+        options=read_limits(others),
         record=record,
         keep=1,
         on_records=None if follower is None else follower.take,

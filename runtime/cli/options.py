@@ -13,6 +13,8 @@ from bgc.diagnostics.catalogue.devices import bad_device_option
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.records import Option, Where, options_of
+from bgc.language.solver import Solver
 from bgc.runtime.cli.completion import scenes_of
 from bgc.runtime.running.quantity import read_quantity
 
@@ -20,18 +22,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 MODEL_FILE = click.Path(path_type=Path)
 
-_METHOD_OPTIONS: tuple[tuple[str, str | type, str], ...] = (
-    ("--solver", "NAME", "Integration method (see bgc doc methods)."),
-    ("--rtol", float, "Relative tolerance of an adaptive method."),
-    ("--atol", float, "Absolute tolerance of all states, in SI units."),
-    ("--step", "TIME", 'Step of a fixed-step method: 0.001, or "1 ms".'),
-    ("--max-step", "TIME", 'Longest step of an adaptive method: "5 ms".'),
-    ("--substeps", int, "Parts, at most, into which an inaccurate fixed step is divided."),
-    ("--every", "TIME", 'Interval between rows: "10 ms".'),
-    ("--settle", "FREQUENCY", 'Start with all modes above this frequency at rest: "20 Hz".'),
-    ("--rest", bool, "Start at the nearest state at which all rates vanish."),
-    ("--time", "TIME", 'Simulated time: "60 s"; by default that of the scene.'),
-)
+_METAVARS = {"s": "TIME", "Hz": "FREQUENCY"}  # options with a unit, read by `read_quantity`
 
 
 def model_file(command: _Command) -> _Command:
@@ -95,22 +86,49 @@ def strict_option(command: _Command) -> _Command:
     return click.option("--strict", is_flag=True, help=text)(command)
 
 
-def method_options(command: _Command) -> _Command:
-    """Add the options of the integration method, its steps and the interval between rows.
+def solver_options(**texts: str) -> Callable[[_Command], _Command]:
+    """Add all options of `Solver` that commands have; `texts` replace help texts by name.
 
-    They arrive as `solver`, `rtol`, `atol`, `step`, `max_step`, `substeps`, `settle`, `rest`,
-    `every` and `duration`; `read_method` converts them.
+    They arrive under their keywords; `read_solver` converts them.
     """
-    for option, kind, text in reversed(_METHOD_OPTIONS):
-        if kind is bool:
-            command = click.option(option, is_flag=True, help=text)(command)
-            continue
-        metavar = kind if isinstance(kind, str) else None
-        names = ("--time", "duration") if option == "--time" else (option,)
-        command = click.option(*names, type=None if metavar else kind, metavar=metavar, help=text)(
-            command
-        )
-    return command
+
+    def add(command: _Command) -> _Command:
+        for name, known in reversed([*options_of(Solver, Where.COMMAND).items()]):
+            command = _click_option(known, texts.get(name, known.help))(command)
+        return command
+
+    return add
+
+
+def _click_option(known: Option, text: str) -> Callable[[_Command], _Command]:
+    if known.kind is bool:
+        return click.option(known.flag, known.keyword, is_flag=True, help=text)
+    metavar = "NAME" if known.kind is str else _METAVARS.get(known.unit or "")
+    kind = None if metavar else known.kind
+    return click.option(known.flag, known.keyword, type=kind, metavar=metavar, help=text)
+
+
+def read_solver(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert the values of `solver_options` to arguments of `Model.simulate`, in SI units."""
+    found: dict[str, Any] = {}
+    for known in options_of(Solver, Where.COMMAND).values():
+        value = given[known.keyword]
+        if isinstance(value, str) and known.unit in _METAVARS:
+            value = read_quantity(value, known.flag, known.unit)
+        found[known.keyword] = ("rest" if value else None) if known.kind is bool else value
+    return found
+
+
+def method_options(command: _Command) -> _Command:
+    """Add the options of the solver, the interval between rows and the duration.
+
+    They arrive under the keywords of `Solver`, and as `every` and `duration`; `read_method`
+    converts them.
+    """
+    every = click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
+    text = 'Simulated time: "60 s"; by default that of the scene.'
+    duration = click.option("--time", "duration", metavar="TIME", help=text)
+    return solver_options()(every(duration(command)))
 
 
 def verify_option(command: _Command) -> _Command:
@@ -193,15 +211,8 @@ def read_times(**texts: str | None) -> dict[str, float | None]:
 
 def read_method(given: Mapping[str, Any]) -> dict[str, Any]:
     """Convert the values of `method_options` to arguments of `Model.simulate`, in SI units."""
-    settle = given["settle"]
-    texts = {name: given[name] for name in ("step", "max_step", "every")}
-    return {
-        "duration": read_times(time=given["duration"])["time"],
-        **read_times(**texts),
-        **{name: given[name] for name in ("solver", "rtol", "atol", "substeps")},
-        "settle": None if settle is None else read_quantity(settle, "--settle", "Hz"),
-        "start": "rest" if given["rest"] else None,
-    }
+    times = read_times(time=given["duration"], every=given["every"])
+    return {"duration": times["time"], "every": times["every"], **read_solver(given)}
 
 
 def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], ...]:

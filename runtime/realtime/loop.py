@@ -278,6 +278,7 @@ class Realtime:
         step: Quantity | None = None,
         max_step: Quantity | None = None,
         substeps: int | None = None,
+        settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         wait: bool = True,
@@ -294,7 +295,7 @@ class Realtime:
         ----------
         model
             A model whose scene has devices of the same names and the same period.
-        solver, rtol, atol, step, max_step, substeps, start, parameters
+        solver, rtol, atol, step, max_step, substeps, settle, start, parameters
             As for `Model.realtime`.
         wait
             Whether to return only when the new model runs, or the loop has ended.
@@ -305,7 +306,7 @@ class Realtime:
             BG757: the devices or the period differ, another exchange is under way, or the loop has
             ended; or an argument, a parameter or the start is at fault. The loop goes on.
         """
-        options = method_options(rtol, atol, step, max_step, substeps, None)
+        options = method_options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(model, solver, options)
         course = make_course(model, method.started(start), parameters or {})
         with self._exchanging:

@@ -14,7 +14,8 @@ from bgc.diagnostics.source import Source
 from bgc.grammar import words
 from bgc.grammar.parse import parse
 from bgc.language.elements import ELEMENTS, Role
-from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS, SOLVER_OPTIONS
+from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.reference import chapters
 from bgc.reference.entry import Code, Entry, Text, first_sentence
 from bgc.reference.index import find, names

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import bgc
-from bgc.language.scene_tables import SOLVER_OPTIONS
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.runtime.running.methods import MethodInfo, default_method, known_methods
 
 MODELS = Path(__file__).parents[1] / "models"

@@ -15,7 +15,8 @@ from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.scene import Plot, Requirement, Rest, SceneFacts, SolverChoice
 from bgc.language.columns import column_of, name_in_si, vector_of
-from bgc.language.scene_tables import OVERRUN_POLICIES, SOLVER_OPTIONS
+from bgc.language.scene_tables import OVERRUN_POLICIES
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension, shown_of, si_text
 

@@ -1,0 +1,120 @@
+"""Options in records: what users may give, its unit and range, and where it may be given.
+
+A record is a frozen dataclass. A field made by `option` carries an `Option`, from which the checks
+of values, the table of the manual, the options of commands and those of C follow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from enum import Flag, auto
+from functools import cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # commands that compile nothing do without units
+    from bgc.values.units import Dimension
+
+_DIMENSIONS: Mapping[str, Dimension] = {
+    "": (0, 0, 0, 0, 0, 0, 0),
+    "s": (0, 0, 1, 0, 0, 0, 0),
+    "Hz": (0, 0, -1, 0, 0, 0, 0),
+}
+
+
+class Where(Flag):
+    """The places where an option may be given; C stands for FMUs and pages too."""
+
+    SCENE = auto()
+    COMMAND = auto()
+    PYTHON = auto()
+    C = auto()
+
+
+EVERYWHERE = Where.SCENE | Where.COMMAND | Where.PYTHON | Where.C
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """What is known of a value that users may give.
+
+    Attributes
+    ----------
+    doc
+        Its meaning, as a part of a sentence.
+    default
+        What holds where it is not given, in words.
+    unit
+        SI: `s`, `Hz`, or empty for a plain number; None where each state has its own.
+    kind
+        `float`, `int` for whole numbers, `str`, or `bool` for a switch of commands.
+    number
+        The kind of number in messages, where it is not the usual word.
+    low, high
+        The least and the largest value. Zero is never allowed: it stands for "not given".
+    where
+        Where it may be given.
+    keyword, flag
+        Its name in Python and in scenes, and as an option of commands.
+    example
+        A value, as help texts show it.
+    """
+
+    doc: str
+    default: str = "none"
+    unit: str | None = ""
+    kind: type = float
+    number: str = ""
+    low: float = 0.0
+    high: float = math.inf
+    where: Where = EVERYWHERE
+    keyword: str = ""
+    flag: str = ""
+    example: str = ""
+
+    @property
+    def dimension(self) -> Dimension | None:
+        """The dimension of its unit; None where each state has its own."""
+        return None if self.unit is None else _DIMENSIONS[self.unit]
+
+    @property
+    def help(self) -> str:
+        """Its line in the help of commands."""
+        shown = f": {self.example}" if self.example else ""
+        return f"{self.doc[0].upper()}{self.doc[1:]}{shown}."
+
+    @property
+    def allowed(self) -> str:
+        """The values that it may have, in words."""
+        number = self.number or ("a whole number" if self.kind is int else "a positive number")
+        if self.low:
+            return f"{number}, between {self.low:g} and {self.high:g}"
+        return number if math.isinf(self.high) else f"{number} up to {self.high:g}"
+
+    def allows(self, value: float) -> bool:
+        """Return whether a value, SI, is within its range."""
+        in_range = 0.0 < value < math.inf and self.low <= value <= self.high
+        return in_range and (self.kind is float or value == math.floor(value))
+
+
+def option(doc: str, *, of: Any = 0.0, **facts: Any) -> Any:
+    """Make a field of a record that users may give, with the value `of` where they do not.
+
+    `facts` are those of `Option`.
+    """
+    return field(default=of, metadata={"option": Option(doc, **facts)})
+
+
+@cache
+def options_of(record: type, where: Where = EVERYWHERE) -> Mapping[str, Option]:
+    """The options of a record that may be given somewhere in `where`, by field, in order."""
+    found: dict[str, Option] = {}
+    for each in fields(record):
+        known = each.metadata.get("option")
+        if known is not None and known.where & where:
+            keyword, flag = known.keyword or each.name, known.flag
+            flag = flag or f"--{keyword.replace('_', '-')}"
+            found[each.name] = replace(known, keyword=keyword, flag=flag)
+    return MappingProxyType(found)
