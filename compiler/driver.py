@@ -21,9 +21,7 @@ from bgc.building.build import (
 from bgc.building.built import (
     Built,
     Place,
-    Rest,
     RunFacts,
-    Sampled,
     run_facts,
     shapes_text,
     shown_names,
@@ -49,6 +47,7 @@ from bgc.ir.graph import FlatGraph
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
+from bgc.language.scene import Rest, Sampled
 from bgc.language.scene_tables import AUTO, DRIVER_BY_PATH
 from bgc.options import Options
 from bgc.passivity.checks import check_physics
@@ -233,19 +232,21 @@ def _stages(
 
     facts = run_facts(
         graph.scene,
-        folding.parameters,
-        graph.requirements,
-        content_of(emitted),
-        depends_on_time(sliced),
-        passive_coefficients(graph),
-        emitted.operations,
-        shown_names(equations),
-        _resting(optimised, graph),
-        shapes_text(graph.shapes) if options.shapes else "",
-        port_facts(optimised, graph.ports),
-        force_facts(optimised, graph.ports, graph.slots),
-        tuple((slot.path, slot.filled_by) for slot in graph.slots),
+        folded=folding.parameters,
+        requirements=tuple((r.name, r.tolerance) for r in graph.requirements),
+        content=content_of(emitted),
+        timed=depends_on_time(sliced),
+        passive=passive_coefficients(graph),
+        operations=emitted.operations,
+        shown=shown_names(equations),
+        resting=_resting(optimised, graph),
+        shapes=shapes_text(graph.shapes) if options.shapes else "",
+        ports=port_facts(optimised, graph.ports),
+        forces=force_facts(optimised, graph.ports, graph.slots),
+        slots=tuple((slot.path, slot.filled_by) for slot in graph.slots),
     )
+    if (rest := facts.rest) is not None:
+        facts = replace(facts, rest=replace(facts.resting, hold=rest.hold, vary=rest.vary))
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)
     ports = tuple(Place(port.span) for port in graph.ports)
@@ -353,11 +354,10 @@ def _fills_slots(alone: Package) -> bool:
 
 def _unknown_method(graph: FlatGraph) -> list[Diagnostic]:
     """The error for a method that `bgc run` would not find."""
-    solver = graph.scene.solver
-    if solver is None or solver.name == AUTO:
-        return []
+    name = graph.scene.solver.name
     have = (*method_names(), *BACKENDS)
-    return [] if solver.name in have else [unknown_solver(solver.name, have, solver.span)]
+    known = name in (*have, "", AUTO)
+    return [] if known else [unknown_solver(name, have, graph.solver_span)]
 
 
 def _unknown_drivers(graph: FlatGraph) -> list[Diagnostic]:

@@ -11,21 +11,19 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from hashlib import blake2b
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.building.built import Built, Panel, Place, Places, Rest, RunFacts, Sampled
+from bgc.building.built import Built, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
+from bgc.building.notes import from_json, to_json
 from bgc.building.user_folder import safe_cache_directory
-from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
-from bgc.diagnostics.source import Source, Span
-from bgc.ir.port_facts import ForceFacts, PortFacts
-from bgc.language.columns import AccountColumn
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Source
 from bgc.options import Options
 
 _COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")
@@ -63,18 +61,9 @@ def remember(
         "files": files,
         "data": [list(file) for file in data],
         "model": built.library.name,
-        "facts": asdict(built.facts),
-        "warnings": [_diagnostic_to_json(d) for d in built.warnings],
-        "assertions": [_place_to_json(place) for place in built.places.assertions],
-        "switches": [_place_to_json(place) for place in built.places.switches],
-        "divisors": [_place_to_json(place) for place in built.places.divisors],
-        "jumps": [_place_to_json(place) for place in built.places.jumps],
-        "held": [_place_to_json(place) for place in built.places.held],
-        "ports": [_place_to_json(place) for place in built.places.ports],
-        "checks": [_place_to_json(place) for place in built.places.checks],
-        "parameters": [_place_to_json(place) for place in built.places.parameters],
-        "start": list(built.places.start),
-        "loops": [list(map(list, loop)) for loop in built.places.loops],
+        "facts": to_json(built.facts),
+        "warnings": to_json(built.warnings),
+        "places": to_json(built.places),
     }
     with suppress(OSError):  # a full disk costs the next run its warm start, no more
         write_note(cache.root, _request_key(entry, options), note)
@@ -140,37 +129,10 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     library = Cache(root).blob("models", note["model"])
     if library is None:
         return None
-    facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
-    panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
-    facts["panels"] = tuple(panels)
-    facts["accounts"] = tuple(AccountColumn(**found) for found in note["facts"]["accounts"])
-    for name in ("rest", "resting"):
-        if (rest := note["facts"][name]) is not None:
-            lists = {key: _tuples(value) for key, value in rest.items()}
-            lists["sampled"] = tuple(Sampled(**value) for value in rest["sampled"])
-            facts[name] = Rest(**lists)
-    for name, kind in (("ports", PortFacts), ("forces", ForceFacts)):
-        rows = ({key: _tuples(value) for key, value in row.items()} for row in note["facts"][name])
-        facts[name] = tuple(kind(**row) for row in rows)
-    warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
-    places = Places(
-        tuple(_place_from_json(place, texts) for place in note["assertions"]),
-        tuple(_place_from_json(place, texts) for place in note["switches"]),
-        tuple(_place_from_json(place, texts) for place in note["divisors"]),
-        tuple(note["start"]),
-        _tuples(note["loops"]),
-        tuple(_place_from_json(place, texts) for place in note["jumps"]),
-        tuple(_place_from_json(place, texts) for place in note["held"]),
-        tuple(_place_from_json(place, texts) for place in note["ports"]),
-        tuple(_place_from_json(place, texts) for place in note["checks"]),
-        tuple(_place_from_json(place, texts) for place in note["parameters"]),
-    )
-    return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
-
-
-def _tuples(value: Any) -> Any:
-    """Turn the lists of JSON back into tuples."""
-    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+    facts = from_json(RunFacts, note["facts"], texts)
+    warnings = from_json(tuple[Diagnostic, ...], note["warnings"], texts)
+    places = from_json(Places, note["places"], texts)
+    return Built(library, facts, warnings, warm=True, places=places)
 
 
 def _file_of(source: Source) -> Path | None:
@@ -193,52 +155,3 @@ def _file_of(source: Source) -> Path | None:
 def _read(path: Path) -> str:
     """Read a file as the compiler does, without translating line ends."""
     return path.read_bytes().decode("utf-8-sig")
-
-
-def _diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, object]:
-    return {
-        "code": diagnostic.code,
-        "severity": diagnostic.severity.value,
-        "message": diagnostic.message,
-        "span": _span_to_json(diagnostic.span),
-        "note": diagnostic.note,
-        "labels": [[_span_to_json(label.span), label.text] for label in diagnostic.labels],
-        "help": diagnostic.help,
-    }
-
-
-def _diagnostic_from_json(value: Any, texts: Mapping[str, str]) -> Diagnostic:
-    labels: list[Label] = []
-    for place, text in value["labels"]:
-        span = _span_from_json(place, texts)
-        if span is not None:
-            labels.append(Label(span, text))
-    return Diagnostic(
-        code=value["code"],
-        severity=Severity(value["severity"]),
-        message=value["message"],
-        span=_span_from_json(value["span"], texts),
-        note=value["note"],
-        labels=tuple(labels),
-        help=value["help"],
-    )
-
-
-def _place_to_json(place: Place) -> list[object]:
-    return [_span_to_json(place.span), list(place.states)]
-
-
-def _place_from_json(value: Any, texts: Mapping[str, str]) -> Place:
-    span, states = value
-    return Place(_span_from_json(span, texts), tuple(states))
-
-
-def _span_to_json(span: Span | None) -> list[object] | None:
-    return None if span is None else [span.source.name, span.start, span.end]
-
-
-def _span_from_json(value: Any, texts: Mapping[str, str]) -> Span | None:
-    if value is None:
-        return None
-    name, start, end = value
-    return Span(Source(name, texts[name]), start, end)

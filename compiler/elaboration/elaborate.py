@@ -48,6 +48,7 @@ from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.elaboration.scenes.shapes import read_shapes
+from bgc.grammar import syntax
 from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part, Slot
 from bgc.ir.scene import Requirement
 from bgc.options import RUN_NUMBER
@@ -201,6 +202,7 @@ def _flat_graph(
         held=held,
         rates=rates,
         ports=ports,
+        solver_span=next((item.span for item in scene.statements(syntax.Solver)), None),
         observations=(
             *_with_hidden(observed.observations, requirements, rest),
             *drawn.observations,

@@ -24,9 +24,10 @@ from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import BondIndex, RateIndex
-from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
+from bgc.ir.scene import DeviceUse, Requirement
 from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
+from bgc.language.scene import Scene
 from bgc.values.shown import Shown
 
 
@@ -445,7 +446,7 @@ class FlatGraph:
     """A model as causality assignment expects it; later passes add nodes to its `dag`."""
 
     dag: Dag
-    scene: SceneFacts
+    scene: Scene
     bonds: tuple[Bond, ...]
     elements: tuple[Element, ...]
     parameters: tuple[Parameter, ...]
@@ -468,6 +469,7 @@ class FlatGraph:
     rates: tuple[SampleRate, ...] = ()
     parts: tuple[Part, ...] = ()
     ports: tuple[SampledPort, ...] = ()
+    solver_span: Span | None = None  # of the statement `solver`
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -13,7 +13,8 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import StateIndex
 from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
-from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
+from bgc.ir.scene import DeviceUse, Requirement
+from bgc.language.scene import Scene
 from bgc.values.shown import Shown
 
 
@@ -225,7 +226,7 @@ class Program:
     """
 
     dag: Dag
-    scene: SceneFacts
+    scene: Scene
     parameters: tuple[Parameter, ...]
     states: tuple[ProgramState, ...]
     mass: tuple[MassEntry, ...] | None

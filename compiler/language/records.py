@@ -14,6 +14,10 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from bgc.diagnostics.catalogue.arguments import bad_option
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Span
+
 if TYPE_CHECKING:  # commands that compile nothing do without units
     from bgc.values.units import Dimension
 
@@ -85,18 +89,19 @@ class Option:
         shown = f": {self.example}" if self.example else ""
         return f"{self.doc[0].upper()}{self.doc[1:]}{shown}."
 
-    @property
-    def allowed(self) -> str:
-        """The values that it may have, in words."""
+    def problem(self, name: str, value: float, span: Span | None = None) -> Diagnostic | None:
+        """Return the error for a value, SI, outside its range (BG066); None for a good one."""
+        in_range = 0.0 < value < math.inf and self.low <= value <= self.high
+        if in_range and (self.kind is float or value == math.floor(value)):
+            return None
+        example = "8" if self.kind is int else "1e-3"
+        return bad_option(name, value, self._allowed(), example, span)
+
+    def _allowed(self) -> str:
         number = self.number or ("a whole number" if self.kind is int else "a positive number")
         if self.low:
             return f"{number}, between {self.low:g} and {self.high:g}"
         return number if math.isinf(self.high) else f"{number} up to {self.high:g}"
-
-    def allows(self, value: float) -> bool:
-        """Return whether a value, SI, is within its range."""
-        in_range = 0.0 < value < math.inf and self.low <= value <= self.high
-        return in_range and (self.kind is float or value == math.floor(value))
 
 
 def option(doc: str, *, of: Any = 0.0, **facts: Any) -> Any:

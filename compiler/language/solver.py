@@ -79,6 +79,11 @@ class Solver:
         where=Where.COMMAND | Where.PYTHON,
     )
 
+    @property
+    def given(self) -> dict[str, float]:
+        """The options of `solver NAME(..)` that are given, by name."""
+        return {name: value for name in SOLVER_OPTIONS if (value := getattr(self, name))}
+
 
 SOLVER_OPTIONS = options_of(Solver, Where.SCENE)
 """Options of `solver NAME(..)`."""

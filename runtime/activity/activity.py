@@ -131,9 +131,9 @@ def activity_report(
             raise BgError([bad_option(name, value, "a positive number")])
     end = model.facts.duration if duration is None else duration
     if end is None:
-        raise BgError([no_duration(model.facts.scene)])
+        raise BgError([no_duration(model.facts.name)])
     if not model.measured:
-        raise BgError([nothing_to_judge(model.facts.scene)])
+        raise BgError([nothing_to_judge(model.facts.name)])
     assert model.origin is not None
     method = choose_method(model.library, model.facts)
     base = compile_scene(*model.origin, until="lower")
@@ -155,7 +155,7 @@ def activity_report(
             bar.show(len(trials))
             trials.append(session.tried((candidate,)))
     report = ActivityReport(
-        scene=model.facts.scene or model.facts.model,
+        scene=model.facts.name or model.facts.model,
         method=method.name,
         duration=end,
         activities=found,

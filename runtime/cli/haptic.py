@@ -99,7 +99,7 @@ def haptic(
     given = dict(read_assignments(assignments))
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, given, line)
-        choices = [Choice(scene or model.facts.scene, model, {})]
+        choices = [Choice(scene or model.facts.name, model, {})]
         for text in exchanges:
             if "=" in text:
                 choices.append(Choice(text, model, dict(read_assignments((text,)))))

@@ -60,7 +60,7 @@ def reference_files(model: FmuModel) -> Mapping[str, str]:
     loaded, method = model.loaded, model.method
     facts = loaded.facts
     if facts.duration is None:
-        raise BgError([no_duration(facts.scene)])
+        raise BgError([no_duration(facts.name)])
     times = times_of(loaded, method)
     rows = np.full((len(times), loaded.row_width), np.nan)
     instance = loaded.parameters.instance({})

@@ -73,8 +73,8 @@ def prepare_model(
         stages = compile_scene(file, options)
     loaded = LoadedModel(stages.built, file.absolute().parent, (file, options))
     facts = loaded.facts
-    if facts.solver in BACKENDS:
-        raise BgError([solver_not_in_fmu(facts.solver, tuple(loaded.library.methods))])
+    if facts.solver.name in BACKENDS:
+        raise BgError([solver_not_in_fmu(facts.solver.name, tuple(loaded.library.methods))])
     method = choose_method(loaded.library, facts)
     if facts.duration is not None:
         method = method.with_capped_step(times_of(loaded, method), facts.timed)
@@ -115,7 +115,7 @@ def prepare_model(
         name=identifier,
         identifier=identifier,
         token=token,
-        text=f"Scene {facts.scene} of the bond graph model {facts.model}.",
+        text=f"Scene {facts.name} of the bond graph model {facts.model}.",
         tool=_tool(),
         duration=facts.duration,
         tolerance=None if method.fixed else method.rtol or 1e-6,
@@ -142,7 +142,7 @@ def _couples(table: Table, stages: Stages) -> bool:
 def _starting_point(loaded: LoadedModel, method: Method) -> tuple[list[float], Array | None, Array]:
     """Values of all parameters, the states of a start that is searched for, and their scales."""
     searched = method.rest_of(loaded.facts) is not None or method.settle > 0
-    searched = searched or dict(loaded.facts.solver_options).get("settle", 0.0) > 0
+    searched = searched or loaded.facts.solver.settle > 0
     if searched:
         with loaded.started(method, bool(loaded.accounts)) as instance:
             size = instance.library.model.n_param

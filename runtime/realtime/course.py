@@ -68,7 +68,7 @@ class Course:
     def start(self) -> AtRest | None:
         """Put the instance at its start; BgError where there is none."""
         model, method = self.model, self.method
-        settle = dict(model.facts.solver_options).get("settle", 0.0)
+        settle = model.facts.solver.settle
         settled = method if method.settle > 0 else replace(method, settle=settle)
         status, at_rest = start(self.instance, settled, method.rest_of(model.facts))
         if status is not Status.OK:
@@ -91,7 +91,7 @@ def places_of(course: Course, devices: Sequence[str], period: float) -> list[int
 
     Raises BgError BG757 where the devices or the periods differ.
     """
-    scene = course.model.facts.scene
+    scene = course.model.facts.name
     if sorted(course.devices) != sorted(devices):
         own = f"`{', '.join(course.devices)}`" if course.devices else "no devices"
         there = f"`{', '.join(devices)}`" if devices else "none"

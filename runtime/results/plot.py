@@ -16,12 +16,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, ScalarFormatter
 
-from bgc.building.built import Panel
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_panel
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import name_in_si
+from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.runs import Runs
@@ -104,7 +104,7 @@ class Columns(Protocol):
         """A column in the unit in which it is shown."""
 
     @property
-    def panels(self) -> Sequence[Panel]:
+    def panels(self) -> Sequence[Plot]:
         """The panels that the scene wants."""
 
     def expand(self, names: Sequence[str]) -> list[str]:
@@ -115,14 +115,14 @@ class Columns(Protocol):
     def __iter__(self) -> Iterator[str]: ...
 
 
-def read_panel(text: str) -> Panel:
+def read_panel(text: str) -> Plot:
     """Read `tip.z, handle.z` or `force against elevation`; BG069 for other texts."""
     first, against, second = text.partition(" against ")
     columns = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", first))
     across = second.strip() if against else "time"
     if not all(columns) or not across or any(name.endswith(" against") for name in columns):
         raise BgError([bad_panel(text)])
-    return Panel(columns, across)
+    return Plot(columns, across)
 
 
 def plot_result(
@@ -142,7 +142,7 @@ def plot_result(
         chosen = _panels_by_unit(result, result.expand(list(columns or result)))
     if not chosen:
         raise BgError([nothing_to_draw("the scene observes nothing")])
-    chosen = [Panel(tuple(result.expand(p.columns)), _across(result, p)) for p in chosen]
+    chosen = [Plot(tuple(result.expand(p.columns)), _across(result, p)) for p in chosen]
     heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in chosen]
     with picture(path, _WIDTH, sum(heights) + _MARGIN) as figure:
         _draw(figure, result, chosen, heights)
@@ -182,7 +182,7 @@ def _instance(runs: Runs, number: int) -> str:
     return ", ".join(given) or str(number)
 
 
-def _across(result: Columns, panel: Panel) -> str:
+def _across(result: Columns, panel: Plot) -> str:
     """The column of the horizontal axis; BG069 for a vector of several columns."""
     columns = result.expand([panel.across])
     if len(columns) != 1:
@@ -190,15 +190,15 @@ def _across(result: Columns, panel: Panel) -> str:
     return columns[0]
 
 
-def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
+def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Plot]:
     by_unit: dict[str, list[str]] = {}
     for column in columns:
         by_unit.setdefault(result.shown_in(column).unit, []).append(column)
-    return [Panel(tuple(names)) for names in by_unit.values()]
+    return [Plot(tuple(names)) for names in by_unit.values()]
 
 
 def _draw(
-    figure: Figure, result: Columns, panels: Sequence[Panel], heights: Sequence[float]
+    figure: Figure, result: Columns, panels: Sequence[Plot], heights: Sequence[float]
 ) -> None:
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     timed: Any = None
@@ -219,7 +219,7 @@ def _draw(
     )
 
 
-def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
+def _draw_panel(result: Columns, panel: Plot, axes: Any) -> None:
     """Draw one panel, with a right-hand scale for columns that do not fit the left one."""
     across = result.in_words(panel.across)
     left, right = _sides(result, panel)
@@ -251,7 +251,7 @@ def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
         )
 
 
-def _sides(result: Columns, panel: Panel) -> tuple[list[str], list[str]]:
+def _sides(result: Columns, panel: Plot) -> tuple[list[str], list[str]]:
     """Divide a panel's columns between its left and its right scale.
 
     Columns of a second unit go to the right. Of two columns in one unit, the second goes to the

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from bgc.building.built import Panel
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
+from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, dataset, optional_package
 from bgc.runtime.results.files import write_arrays, written_whole
@@ -116,7 +116,7 @@ class Result(NamedColumns):
     counts: Mapping[str, float]
     status: str = "done"
     message: str = ""
-    panels: Sequence[Panel] = ()
+    panels: Sequence[Plot] = ()
     accounts: Mapping[str, str] = field(default_factory=dict)
     notices: tuple[Diagnostic, ...] = ()
     faster: str = ""

@@ -26,7 +26,7 @@ def scene_identity(
     return (
         model.facts.content,
         repr(sorted(values.items())),
-        repr((dict(model.facts.solver_options).get("settle"), model.facts.rest)),
+        repr((model.facts.solver.settle, model.facts.rest)),
         *_device_files(model),
         bgc_version(),
     )

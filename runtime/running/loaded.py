@@ -86,10 +86,10 @@ class LoadedModel:
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
         self.parameters = Parameters(
-            self.library, built.facts.folded, shown_by(built.facts.shown_parameters)
+            self.library, built.facts.folded, shown_by(built.facts.shown.parameters)
         )
         model = self.library.model
-        states, outputs = shown_by(self.facts.shown_states), shown_by(self.facts.shown_outputs)
+        states, outputs = shown_by(self.facts.shown.states), shown_by(self.facts.shown.outputs)
         self.states = tuple(_variable(model.state[k], states) for k in range(model.n_state))
         self.measured = tuple(_variable(model.output[k], outputs) for k in range(model.n_output))
         self.accounts: dict[str, str] = {}
@@ -103,7 +103,7 @@ class LoadedModel:
 
     def __repr__(self) -> str:
         return (
-            f"<bgc model {self.facts.scene}: {counted(len(self.states), 'state')}, "
+            f"<bgc model {self.facts.name}: {counted(len(self.states), 'state')}, "
             f"{counted(len(self.parameters), 'parameter')}, "
             f"{counted(len(self.outputs), 'output')}>"
         )
@@ -151,7 +151,7 @@ class LoadedModel:
         instance = self.parameters.instance(parameters or {})
         require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder, devices):
-            scene_settle = dict(self.facts.solver_options).get("settle", 0.0)
+            scene_settle = self.facts.solver.settle
             settled = method if method.settle > 0 else replace(method, settle=scene_settle)
             status, at_rest = start(instance, settled, method.rest_of(self.facts))
             require(instance, status, self._places)

@@ -71,7 +71,7 @@ class Plan:
             model=model,
             library=chosen,
             parameters=Parameters(
-                chosen, model.facts.folded, shown_by(model.facts.shown_parameters)
+                chosen, model.facts.folded, shown_by(model.facts.shown.parameters)
             ),
             method=self.method,
             cases=self.cases if cases is None else cases,
@@ -171,7 +171,7 @@ def study_of(
     units = {name: model.parameters[name].unit for name in work.varied}
     shown = {name: model.parameters[name].shown for name in work.varied}
     return Study(
-        scene=model.facts.scene,
+        scene=model.facts.name,
         solver=work.method.name,
         parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
         names=tuple(each.name for each in plan.observables),
@@ -253,7 +253,7 @@ def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled:
     model, rows = work.model, work.rows
     assert rows is not None
     return Ensemble(
-        scene=model.facts.scene,
+        scene=model.facts.name,
         solver=work.method.name,
         time=work.times,
         values=model.selection().of(rows),

@@ -29,9 +29,9 @@ from contextlib import suppress
 
 import numpy as np
 
-from bgc.building.built import Rest
 from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene import Rest
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest, Move

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bgc.building.built import Rest
+from bgc.language.scene import Rest
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Undefined

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bgc.building.built import Sampled
+from bgc.language.scene import Sampled
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.structures import Status

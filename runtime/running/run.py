@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from threading import Event, Thread
@@ -10,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.built import Rest, RunFacts
+from bgc.building.built import RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
     bad_option,
@@ -20,7 +19,9 @@ from bgc.diagnostics.catalogue.arguments import (
 )
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene import Rest
 from bgc.language.scene_tables import AUTO
+from bgc.language.solver import SOLVER_OPTIONS
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run
@@ -31,8 +32,6 @@ from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.settle import settle
 from bgc.runtime.running.structures import OptionsStruct, Status
 
-_TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
-_MOST_SUBSTEPS = 1000
 _ROWS_IN_A_STEP = 5
 _WATCH_SECONDS = 0.05  # between two checks of a run: bounds the wait after Ctrl-C
 
@@ -118,9 +117,9 @@ def choose_method(
     for an unknown solver, BG072 for a fixed-step method without a step.
     """
     given = {name: value for name, value in options.items() if value is not None}
-    wanted = {**dict(facts.solver_options), **given}
+    wanted = {**facts.solver.given, **given}
     _check_options(wanted)
-    name = solver or facts.solver or ""
+    name = solver or facts.solver.name
     # A recommendation was measured without the caller's options, which go first.
     auto = name == AUTO and not given
     if name in ("", AUTO):
@@ -136,11 +135,11 @@ def choose_method(
     parts = int(wanted.get("substeps", parts)) if "substeps" in served else parts
     if fixed and parts == 1:  # no step is judged by a tolerance
         served = tuple(option for option in served if option not in ("rtol", "atol"))
-    intended = set(wanted) if facts.solver == name else set(given)
+    intended = set(wanted) if facts.solver.name == name else set(given)
     for option in wanted:
         if option not in served and option in intended:
             raise BgError([option_not_served(name, option, fixed, served)])
-    lost = _options_of_other_kind(library.methods.get(facts.solver or ""), fixed)
+    lost = _options_of_other_kind(library.methods.get(facts.solver.name), fixed)
     wanted = {
         option: value
         for option, value in wanted.items()
@@ -168,14 +167,8 @@ def choose_method(
 def _check_options(wanted: Mapping[str, float]) -> None:
     """Refuse options that no method can use, as BG066."""
     for name, value in wanted.items():
-        if not (math.isfinite(value) and value > 0):
-            raise BgError([bad_option(name, value, "a positive number")])
-    if not _TIGHTEST <= wanted.get("rtol", _TIGHTEST) <= _LOOSEST:
-        allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
-        raise BgError([bad_option("rtol", wanted["rtol"], allowed)])
-    substeps = wanted.get("substeps", 1.0)
-    if substeps != int(substeps) or substeps > _MOST_SUBSTEPS:
-        raise BgError([bad_option("substeps", substeps, "a whole number up to 1000", "8")])
+        if (problem := SOLVER_OPTIONS[name].problem(name, value)) is not None:
+            raise BgError([problem])
 
 
 def _options_of_other_kind(own: MethodInfo | None, fixed: bool) -> set[str]:

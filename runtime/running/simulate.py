@@ -101,7 +101,7 @@ def method_of(
     recommended = recommended_method(model, parameters)
     if recommended is not None:
         return recommended, ()
-    return method, (nothing_measured(model.facts.scene, method.name),)
+    return method, (nothing_measured(model.facts.name, method.name),)
 
 
 def times_of(
@@ -133,7 +133,7 @@ def _rows_wanted(
     facts = model.facts
     end = facts.duration if duration is None else duration
     if end is None:
-        raise BgError([no_duration(facts.scene)])
+        raise BgError([no_duration(facts.name)])
     return end, facts.every if every is None else every, method.step if method.fixed else None
 
 
@@ -213,7 +213,7 @@ def bare_result(model: LoadedModel, times: Array, rows: Array, method: Method) -
     """Name the columns of rows, in the scene's order."""
     chosen = model.selection()
     return Result(
-        scene=model.facts.scene,
+        scene=model.facts.name,
         time=times,
         columns={v.name: chosen.column(rows, k) for k, v in enumerate(model.outputs)},
         units={v.name: v.unit for v in model.outputs},
@@ -223,7 +223,7 @@ def bare_result(model: LoadedModel, times: Array, rows: Array, method: Method) -
         ),
         solver=method.name,
         counts={},
-        panels=model.facts.panels,
+        panels=model.facts.plots,
         accounts=model.accounts,
     )
 

@@ -75,7 +75,7 @@ class Stepping:
 
     def __repr__(self) -> str:
         state = "over" if self._instance is None else f"at {self.time:g} s"
-        return f"<bgc run of {self._model.facts.scene}, {state}>"
+        return f"<bgc run of {self._model.facts.name}, {state}>"
 
     @property
     def time(self) -> float:

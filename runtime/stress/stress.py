@@ -142,11 +142,11 @@ def stress(
         A drive is at fault; BG088 if the scene observes nothing, BG089 if it does not run.
     """
     if not model.measured:
-        raise BgError([nothing_to_judge(model.facts.scene)])
+        raise BgError([nothing_to_judge(model.facts.name)])
     method = choose_method(model.library, model.facts, solver, {"rtol": rtol, "step": step})
     full = duration or model.facts.duration
     if full is None:
-        raise BgError([no_duration(model.facts.scene)])
+        raise BgError([no_duration(model.facts.name)])
     started = time.monotonic()
     tolerance = Tolerance(
         WITHIN if within is None else within, within is None, model.facts.requirements
@@ -183,7 +183,7 @@ def stress(
         points.sort(key=lambda p: (names.index(p.settings[0][0]), written[p.settings[0]]))
     done = {point.settings[-1][0] for point in points}
     return StressMap(
-        scene=model.facts.scene or model.facts.model,
+        scene=model.facts.name or model.facts.model,
         method=_described(method),
         duration=session.duration,
         scene_duration=full,

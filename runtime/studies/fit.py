@@ -225,7 +225,7 @@ def _judge(
     assert values is not None
     parameters = problem.model.parameters
     return Estimate(
-        scene=problem.model.facts.scene,
+        scene=problem.model.facts.name,
         names=problem.names,
         values=point,
         half_widths=half,

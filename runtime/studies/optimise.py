@@ -381,7 +381,7 @@ def _judged(
     warnings += designs.warned(problem.best)
     parameters = designs.model.parameters
     return Optimum(
-        scene=designs.model.facts.scene,
+        scene=designs.model.facts.name,
         names=names,
         values=point,
         low=low,

@@ -103,7 +103,7 @@ class Store:
         group.create_group("failures")
         group.create_group("warnings")
         # Last: a group without it is not complete.
-        facts = {"scene": model.facts.scene, "solver": plan.method.name, "design": design}
+        facts = {"scene": model.facts.name, "solver": plan.method.name, "design": design}
         group.attrs.update({**facts, "study": identity})
 
     def load(self, work: Work) -> None:

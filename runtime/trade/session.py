@@ -108,7 +108,7 @@ class Session:
             sample=(facts.step or _DEFAULT_SAMPLE) if self._sampled else None,
             floor=reference.accuracy,
             verified=reference.converged,
-            settle=dict(facts.solver_options).get("settle", 0.0),
+            settle=facts.solver.settle,
         )
 
     def measure(

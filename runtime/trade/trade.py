@@ -156,9 +156,9 @@ def trade(
     facts = loaded.facts
     end = facts.duration if duration is None else duration
     if end is None:
-        raise BgError([no_duration(facts.scene)])
+        raise BgError([no_duration(facts.name)])
     if not loaded.measured:
-        raise BgError([nothing_to_measure(facts.scene)])
+        raise BgError([nothing_to_measure(facts.name)])
     _check(rtols, lengths, keeps, budget)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
     store = open_store(loaded, end, facts.every)
@@ -198,7 +198,7 @@ def trade(
     if store.problem:
         warnings.append(f"some measurements could not be stored: {store.problem}")
     return Trade(
-        scene=facts.scene or facts.model,
+        scene=facts.name or facts.model,
         model=facts.model,
         machine=machine_description(),
         duration=end,

@@ -13,8 +13,9 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from bgc.building.built import ENERGY_ACCOUNTS, Panel
+from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.language.columns import column_of, component_of, name_in_si
+from bgc.language.scene import Plot
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.shapes import Shape
 from bgc.runtime.running.devices import NO_CHOICES, Choices
@@ -54,14 +55,14 @@ def describe_model(model: LoadedModel, name: str, devices: Choices = NO_CHOICES)
     instance = model.parameters.instance({})
     return {
         "version": VERSION,
-        "scene": facts.scene,
+        "scene": facts.name,
         "model": facts.model,
         "file": name,
         "width": model.row_width,
         "duration": facts.duration,
         "shapes": shapes,
         "observed": observed,
-        "panels": panels_of(facts.panels, observed),
+        "panels": panels_of(facts.plots, observed),
         "parameters": [_parameter(p) for p in model.parameters.all_in(instance)],
         "folded": [[name, value] for name, value in model.parameters.folded.items()],
         "devices": describe_devices(model, devices),
@@ -93,7 +94,7 @@ def describe_result(result: Result, name: str) -> tuple[Description, np.ndarray[
     return description, values
 
 
-def panels_of(panels: Iterable[Panel], observed: Sequence[Description]) -> list[Description]:
+def panels_of(panels: Iterable[Plot], observed: Sequence[Description]) -> list[Description]:
     """The plots of a scene: its own panels, then the other quantities by vector and unit.
 
     Energy accounts share one panel; the residual, which is much smaller, has its own.

@@ -81,7 +81,7 @@ def record_modes(
         if scaled is not None:
             swings.append(Swing(mode, scaled))
     if not swings:
-        raise BgError([no_mode_moves(model.facts.scene, len(modes))])
+        raise BgError([no_mode_moves(model.facts.name, len(modes))])
     swings.sort(key=lambda swing: swing.mode.frequency == 0)  # those that oscillate first
     phase = np.linspace(0, 2 * math.pi, _ROWS)
     rows = [

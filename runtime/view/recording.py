@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from bgc.building.built import Panel
 from bgc.diagnostics.catalogue.files import file_missing, unreadable
 from bgc.diagnostics.catalogue.view import not_a_result
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene import Plot
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.shapes import read_shapes
 from bgc.runtime.view.description import Description, describe_result, meshes_of
@@ -82,7 +82,7 @@ def _read_npz(path: Path) -> Result:
         counts={},
         status=about["status"],
         message=about["message"],
-        panels=tuple(Panel(tuple(names), across) for names, across in about.get("panels", ())),
+        panels=tuple(Plot(tuple(names), across) for names, across in about.get("panels", ())),
     )
 
 

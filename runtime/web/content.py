@@ -140,7 +140,7 @@ def _start(model: LoadedModel, method: Method, drivers: list[dict[str, str]]) ->
     choices = _replaced(model, drivers)
     rest = method.rest_of(model.facts)
     with model.started(method, bool(model.accounts), devices=choices) as instance:
-        settled = method.settle > 0 or dict(model.facts.solver_options).get("settle", 0.0) > 0
+        settled = method.settle > 0 or model.facts.solver.settle > 0
         if rest is None and not settled:
             return None
         names = list(model.parameters)

@@ -102,5 +102,5 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
         content["graph"] = graph_content(model)
         seconds["graph"] = perf_counter() - begin
     data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    document = page(model.facts.scene, script, data, kind="model", policy=_POLICY)
-    return LivePage(model.facts.scene, document, (*model.warnings, *notices), height, seconds)
+    document = page(model.facts.name, script, data, kind="model", policy=_POLICY)
+    return LivePage(model.facts.name, document, (*model.warnings, *notices), height, seconds)

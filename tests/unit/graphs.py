@@ -36,8 +36,9 @@ from bgc.ir.graph import (
     Transformer,
     Unknown,
 )
-from bgc.ir.scene import DeviceUse, SceneFacts
+from bgc.ir.scene import DeviceUse
 from bgc.language.columns import AccountColumn
+from bgc.language.scene import Scene
 
 SPAN = Span(Text("<test>", "test"), 0, 4)
 
@@ -217,16 +218,11 @@ class GraphBuilder:
             bonds.append(Bond(index, f"{tail} -> {head}", 1, 1, "", "", power, SPAN))
         return FlatGraph(
             dag=self.dag,
-            scene=SceneFacts(
+            scene=Scene(
                 "scene",
                 "Model",
-                None,
-                None,
-                None,
-                None,
-                None,
-                tuple(AccountColumn(name, f"energy.{name}") for name in self.accounts),
                 (),
+                tuple(AccountColumn(name, f"energy.{name}") for name in self.accounts),
             ),
             bonds=tuple(bonds),
             elements=tuple(make(ports[name]) for name, make in self._makers.items()),

@@ -14,7 +14,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import EmittedModel
 from bgc.ir.graph import Guard, Observation, Parameter
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
-from bgc.ir.scene import SceneFacts
+from bgc.language.scene import Scene
 
 RUNTIME = Path(__file__).parents[2] / "runtime" / "c"
 STRICT = (
@@ -46,7 +46,7 @@ def make_program(
     projections = projections or {}
     return Program(
         dag=dag,
-        scene=SceneFacts("test", "Test", None, None, 1.0, None, None, (), ()),
+        scene=Scene("test", "Test", (), duration=1.0),
         parameters=tuple(
             Parameter(k, name, "kg", value, None, None, SPAN)
             for k, (name, value) in enumerate(parameters)

@@ -6,12 +6,14 @@ import pytest
 
 from bgc.building import recall
 from bgc.building.build import Unit, _shared_key, _unit_key
-from bgc.building.built import Built, Panel, RunFacts
+from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
 from bgc.building.toolchain import Toolchain
 from bgc.building.user_folder import cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
+from bgc.language.scene import Plot
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.resolution.resolve import library_folder
 
@@ -19,10 +21,9 @@ FACTS = RunFacts(
     "s",
     "M",
     ("a", "b[1]"),
-    solver="rk4",
-    solver_options=(("step", 0.1),),
+    solver=Solver("rk4", step=0.1),
     step=0.1,
-    panels=(Panel(("a", "b[1]")), Panel(("a",), "b[1]")),
+    plots=(Plot(("a", "b[1]")), Plot(("a",), "b[1]")),
 )
 
 

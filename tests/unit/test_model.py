@@ -16,6 +16,7 @@ from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import AccountColumn
+from bgc.language.solver import Solver
 from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.model import Model
 from bgc.runtime.running import binding
@@ -69,7 +70,7 @@ def test_a_step_without_a_solver_chooses_the_fixed_default(model):
 
 
 def test_the_scenes_solver_is_used_and_can_be_replaced(library):
-    facts = RunFacts("s", "M", ("q",), solver="rk4", step=0.1, duration=1.0, every=0.5)
+    facts = RunFacts("s", "M", ("q",), solver=Solver("rk4"), step=0.1, duration=1.0, every=0.5)
     model = Model(Built(library, facts))
     result = model.simulate()
     assert (result.solver, result.time.tolist()) == ("rk4", [0.0, 0.5, 1.0])
@@ -126,11 +127,12 @@ def test_arguments_at_fault(model, arguments, code):
     assert code_of(error) == code
 
 
-@pytest.mark.parametrize("option", ["rtol", "keep", "max_step"])
-def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, option):
-    solver = "rodas5p" if option == "keep" else "ros23"
-    facts = RunFacts("s", "M", ("q",), solver=solver, solver_options=((option, 1e-4),), step=0.01,
-                     duration=1.0)  # fmt: skip
+@pytest.mark.parametrize(
+    "solver",
+    [Solver("ros23", rtol=1e-4), Solver("rodas5p", keep=2), Solver("ros23", max_step=1e-4)],
+)
+def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, solver):
+    facts = RunFacts("s", "M", ("q",), solver=solver, step=0.01, duration=1.0)
     model = Model(Built(library, facts))
     with pytest.raises(BgError) as error:
         model.simulate()
@@ -152,7 +154,7 @@ def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, optio
 def test_tolerances_and_steps_of_the_scene_are_those_of_its_kind(
     library, own, options, other, expected
 ):
-    facts = RunFacts("s", "M", ("q",), solver=own, solver_options=tuple(options.items()), step=0.01)
+    facts = RunFacts("s", "M", ("q",), solver=Solver(own, **options), step=0.01)
     method = choose_method(Library(library), facts, other)
     assert {name: getattr(method, name) for name in expected} == expected
 

@@ -266,7 +266,7 @@ def test_the_cell_magic_binds_a_model(shell, tmp_path):
     done = shell.run_cell(f"%%bgc motor step --file {tmp_path / 'motor.bg'}\n{MODEL}")
     assert done.success and done.result is shell.user_ns["motor"]
     assert (tmp_path / "motor.bg").read_text() == MODEL
-    assert shell.user_ns["motor"].facts.scene == "step"
+    assert shell.user_ns["motor"].facts.name == "step"
     magic = shell.find_cell_magic("bgc")
     assert code_of(magic, "", MODEL) == "BG793"
     assert code_of(magic, "a b c", MODEL) == "BG793"

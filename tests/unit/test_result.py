@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bgc.building.built import Panel
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene import Plot
 from bgc.runtime.results.columns import UnknownColumn
 from bgc.runtime.results.plot import read_panel
 from bgc.runtime.results.result import Result
@@ -240,7 +240,7 @@ def test_one_component_against_another(result):
 
 
 def test_the_scenes_panels_are_the_default(result):
-    scene = (Panel(("force",), "tip.z"), Panel(("tip",)))
+    scene = (Plot(("force",), "tip.z"), Plot(("tip",)))
     result = replace(result, panels=scene)
     first, second = result.plot().axes
     assert (first.get_xlabel(), first.get_ylabel()) == ("tip.z [m]", "force [N]")
@@ -268,9 +268,9 @@ def test_the_same_result_draws_the_same_bytes(result, tmp_path):
 @pytest.mark.parametrize(
     ("text", "panel"),
     [
-        ("a, b.c", Panel(("a", "b.c"))),
-        ("K[1,2],x", Panel(("K[1,2]", "x"))),
-        ("y against x", Panel(("y",), "x")),
+        ("a, b.c", Plot(("a", "b.c"))),
+        ("K[1,2],x", Plot(("K[1,2]", "x"))),
+        ("y against x", Plot(("y",), "x")),
     ],
 )
 def test_panels_are_read(text, panel):

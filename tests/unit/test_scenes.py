@@ -8,6 +8,7 @@ from bgc.algebra.dag import Kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
 from bgc.ir.graph import FlatGraph
+from bgc.language.solver import Solver
 from bgc.resolution.resolve import load_text
 
 MODEL = """
@@ -40,13 +41,14 @@ def test_facts_of_the_run():
     assert facts.name == "s"
     assert facts.model == "Handle"
     assert facts.solver.name == "rodas5p"
-    assert facts.solver.options == (("rtol", 1e-8), ("step", 1e-3))
+    assert facts.solver == Solver("rodas5p", rtol=1e-8, step=1e-3)
     assert (facts.step, facts.duration, facts.every, facts.deadline) == (2e-3, 60, 0.01, 5e-4)
 
 
 def test_a_scene_that_says_nothing_leaves_it_open():
     facts = scene("drive x = zeros(3); observe height;").scene
-    assert (facts.solver, facts.step, facts.duration, facts.every, facts.deadline) == (None,) * 5
+    assert facts.solver == Solver()
+    assert (facts.step, facts.duration, facts.every, facts.deadline) == (None,) * 4
 
 
 def test_a_number_without_unit_is_in_seconds():
@@ -150,9 +152,9 @@ def test_plots_of_components_and_against_the_time():
         "drive x = zeros(3); observe force, height; plot force.x, force[3] against height;"
         " plot force.y against time; plot height against force.z;"
     ).scene
-    assert [(panel.columns, panel.against) for panel in facts.plots] == [
+    assert [(panel.columns, panel.across) for panel in facts.plots] == [
         (("force[1]", "force[3]"), "height"),
-        (("force[2]",), None),
+        (("force[2]",), "time"),
         (("height",), "force[3]"),
     ]
 

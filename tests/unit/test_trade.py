@@ -458,8 +458,8 @@ def test_a_configuration_can_be_written_into_the_scene_as_it_is_recommended(tmp_
     ):
         text = OSCILLATOR.replace("run 2 s;", f"{configuration.statement(50.0)} run 2 s;")
         facts = bgc.compile(written(tmp_path, text)).facts
-        assert facts.solver == configuration.solver
-        options = dict(facts.solver_options)
+        assert facts.solver.name == configuration.solver
+        options = facts.solver.given
         assert options.get("step", 0.0) == pytest.approx(configuration.step)
         assert options.get("rtol", 0.0) == pytest.approx(configuration.rtol)
         assert options.get("keep", 1) == configuration.keep

@@ -144,11 +144,14 @@ def unknown_column(name: object, known: Iterable[str]) -> Diagnostic:
     )
 
 
-def bad_option(name: str, value: object, wanted: str, example: str = "1e-3") -> Diagnostic:
+def bad_option(
+    name: str, value: object, wanted: str, example: str = "1e-3", span: Span | None = None
+) -> Diagnostic:
     """BG066: an option of a run with an unusable value"""
     return error(
         "BG066",
         f"`{name}` is {value}, which is not {wanted}",
+        span,
         help=f"give {wanted}, for example `{example}`",
     )
 

@@ -14,7 +14,7 @@ from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import Node, Observation
-from bgc.ir.scene import Rest
+from bgc.language.scene import Rest
 from bgc.values.units import shown_of, si_text
 
 

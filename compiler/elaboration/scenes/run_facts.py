@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bgc.diagnostics.catalogue import did_you_mean, names, scenes
 from bgc.diagnostics.catalogue.realtime import unknown_policy
 from bgc.diagnostics.catalogue.studies import bad_observable
@@ -13,10 +15,12 @@ from bgc.elaboration.scenes.edits import canonical_path
 from bgc.elaboration.scenes.observed import Observed, is_path
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
-from bgc.ir.scene import Plot, Requirement, Rest, SceneFacts, SolverChoice
+from bgc.ir.scene import Requirement
 from bgc.language.columns import column_of, name_in_si, vector_of
+from bgc.language.scene import Plot, Rest
+from bgc.language.scene import Scene as Record
 from bgc.language.scene_tables import OVERRUN_POLICIES
-from bgc.language.solver import SOLVER_OPTIONS
+from bgc.language.solver import SOLVER_OPTIONS, Solver
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension, shown_of, si_text
 
@@ -118,7 +122,7 @@ def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None) -> SceneFacts:
+def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None) -> Record:
     """Read solver, step, duration, interval, deadline and plots; `rest` is the start at rest."""
     run = _single(world, scene, syntax.Run, "run")
     step = _single(world, scene, syntax.Step, "step")
@@ -126,20 +130,20 @@ def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None
     solver = _single(world, scene, syntax.Solver, "solver")
     duration = _time(world, scene, run.duration if run else None, "the duration")
     every = _time(world, scene, run.every if run else None, "the interval")
-    return SceneFacts(
-        scene.name,
-        scene.model.syntax.name,
-        _solver(world, scene, solver) if solver else None,
-        _time(world, scene, step.value if step else None, "the step"),
-        duration,
-        every,
-        _time(world, scene, deadline.value if deadline else None, "the deadline"),
-        observed.accounts,
-        observed.columns,
-        _plots(world, scene, observed),
-        rest,
-        _policy(world, deadline),
-        read_criteria(world, scene, observed),
+    return Record(
+        name=scene.name,
+        model=scene.model.syntax.name,
+        columns=observed.columns,
+        accounts=observed.accounts,
+        solver=_solver(world, scene, solver) if solver else Solver(),
+        step=_time(world, scene, step.value if step else None, "the step"),
+        duration=duration,
+        every=every,
+        deadline=_time(world, scene, deadline.value if deadline else None, "the deadline"),
+        plots=_plots(world, scene, observed),
+        rest=rest,
+        overrun=_policy(world, deadline),
+        criteria=read_criteria(world, scene, observed),
     )
 
 
@@ -176,8 +180,7 @@ def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:
     for item in scene.statements(syntax.Plot):
         with world.report.collecting():
             drawn = tuple(column(path) for path in item.columns)
-            against = column(item.against) if item.against else None
-            found.append(Plot(drawn, None if against == "time" else against))
+            found.append(Plot(drawn, column(item.against) if item.against else "time"))
     return tuple(found)
 
 
@@ -201,8 +204,8 @@ def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> fl
     return None
 
 
-def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice | None:
-    options: dict[str, float] = {}
+def _solver(world: World, scene: Scene, solver: syntax.Solver) -> Solver:
+    options: dict[str, Any] = {}
     for argument in solver.arguments:
         with world.report.collecting():
             if argument.name is None or isinstance(argument.value, syntax.Text):
@@ -213,8 +216,11 @@ def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice |
                 raise BgError([scenes.unknown_option(argument.span, name, tuple(SOLVER_OPTIONS))])
             if name in options:
                 raise BgError([names.given_twice(argument.span, name, solver.arguments[0].span)])
-            unit = SOLVER_OPTIONS[name].dimension
-            options[name] = constant_of(world, scene, argument.value, f"`{name}`", unit)
-            if not options[name] > 0:
-                raise BgError([scenes.not_positive(argument.span, f"`{name}`", options[name])])
-    return SolverChoice(solver.name, tuple(options.items()), solver.span)
+            known = SOLVER_OPTIONS[name]
+            value = constant_of(world, scene, argument.value, f"`{name}`", known.dimension)
+            if not value > 0:
+                raise BgError([scenes.not_positive(argument.span, f"`{name}`", value)])
+            if (problem := known.problem(name, value, argument.span)) is not None:
+                raise BgError([problem])
+            options[name] = known.kind(value)
+    return Solver(solver.name, **options)

@@ -1,0 +1,91 @@
+"""The record of a run: what a scene states about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bgc.language.columns import AccountColumn
+from bgc.language.solver import Solver
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """Columns to draw together, against the column `across`: `time`, or another one."""
+
+    columns: tuple[str, ...]
+    across: str = "time"
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """A value that a sampled part holds: its number among all such values."""
+
+    number: int
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A start at rest: the outputs whose values are held, and the parameters that are varied.
+
+    The compiled model adds `momenta`, the indices of the states that are momenta, and `sampled`,
+    the values of sampled parts without those of sampled ports.
+    """
+
+    hold: tuple[str, ...] = ()
+    vary: tuple[str, ...] = ()
+    momenta: tuple[int, ...] = ()
+    sampled: tuple[Sampled, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """The run of a scene, in SI units; None where the scene says nothing.
+
+    Attributes
+    ----------
+    name, model
+        Names of the scene and of its model.
+    columns
+        The observed columns in order. Those that are no outputs of the model are energy accounts,
+        which `accounts` lists.
+    solver
+        Its method and options.
+    step, duration, every, deadline
+        The step, the end, the interval between rows and the deadline of a sample, s.
+    plots
+        The panels of its plot.
+    rest
+        Its start at rest; None where it starts from the initial values that are given.
+    overrun
+        What a loop in real time does that is late: one of `OVERRUN_POLICIES`.
+    criteria
+        Limits of columns, as `bgc operability` reads them: `max(tension) < 300000.0 N`.
+    """
+
+    name: str
+    model: str
+    columns: tuple[str, ...]
+    accounts: tuple[AccountColumn, ...] = ()
+    solver: Solver = field(default_factory=Solver)
+    step: float | None = None
+    duration: float | None = None
+    every: float | None = None
+    deadline: float | None = None
+    plots: tuple[Plot, ...] = ()
+    rest: Rest | None = None
+    overrun: str | None = None
+    criteria: tuple[str, ...] = ()
+
+    def needed_accounts(self, jumps: bool) -> frozenset[str]:
+        """The accounts among stored, supplied, dissipated in use; the residual needs all.
+
+        What jumps take or add is the change of the stored energy; so is what is supplied by setting
+        a parameter of an FMU during a run.
+        """
+        basic = {"stored", "supplied", "dissipated"}
+        observed = {found.account for found in self.accounts}
+        needed = basic if "residual" in observed else basic & observed
+        reads_stored = (jumps and needed) or "supplied" in needed
+        return frozenset(needed | {"stored"} if reads_stored else needed)
