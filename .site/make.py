@@ -1,7 +1,8 @@
 """Build the site: `python .site/make.py OUT` (needs `pip install ".[site]"`).
 
-The manual, the reference of the library, the tutorials, the gallery and the pages of diagnostics
-become one site of static files, which asks no other host for anything. Each scene of the gallery
+The four parts of the manual with the tutorials, the gallery, the pages of library, Python and
+diagnostics, and the measurements become one site of static files, which asks no other host for
+anything. Each scene of the gallery
 is run for its picture; with the extra `zig`, `--live` adds a page with the live model.
 """
 
@@ -13,9 +14,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
+from typing import TypeAlias
 
 from check_links import broken_links
 from figures import benchmarks, paper
@@ -50,34 +52,48 @@ def main() -> int:
         shutil.rmtree(given.out, ignore_errors=True)
         shutil.copytree(work / "site", given.out)
     problems = broken_links(given.out)
-    print("\n".join(problems) or f"{sum(map(len, pages.values()))} pages in {given.out}")
+    print("\n".join(problems) or f"{sum(1 for _ in every_page(pages))} pages in {given.out}")
     return 1 if problems else 0
 
 
 # --- the pages ------------------------------------------------------------------------------
 
+Part: TypeAlias = dict[str, list[Page]]
+"""A part of the site: its pages under "", and further pages below a title of their own."""
+
+
+def every_page(parts: dict[str, Part]) -> Iterator[Page]:
+    """Yield the pages of all parts, in their order."""
+    return (page for part in parts.values() for pages in part.values() for page in pages)
+
 
 def write_pages(
     docs: Path, scenes: Sequence[str] | None = None, live: bool = False
-) -> dict[str, list[Page]]:
-    """Write all pages and the files they show; return the pages by the titles of their parts.
+) -> dict[str, Part]:
+    """Write all pages and the files they show; return the parts of the site by their titles.
 
     `scenes` are those of the gallery, by default all files of `library/scenes`.
     """
     every_scene = sorted(path.stem for path in SCENES.glob("*.bg"))
-    parts = {
-        "bgc": _home(),
-        "Tutorials": _tutorials(),
-        "Manual": _manual(),
-        "Library": library_pages(docs),
-        "Python": python_pages(),
-        "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
-        "Figures of the paper": paper(),
-        "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"),
-        "Diagnostics": _diagnostics(),
-        "Developing": _developing(),
+    manual = _manual()
+    gallery = _gallery(docs, every_scene if scenes is None else scenes, live)
+    parts: dict[str, Part] = {
+        "Home": {"": _home()},
+        "Learn": {"": [*_started(), *manual["Learn"]], "Tutorials": _tutorials()},
+        "Do": {"": [*manual["Do"], *gallery]},
+        "Reference": {
+            "": [*manual["Reference"], *_diagnostics()],
+            "Library": library_pages(docs),
+            "Python": python_pages(),
+        },
+        "Evidence": {
+            "": manual["Evidence"],
+            "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"),
+            "Figures of the paper": paper(),
+        },
+        "Developing": {"": _developing()},
     }
-    every = [page for pages in parts.values() for page in pages]
+    every = [*every_page(parts), *manual[""]]
     places = {page.source: page.path for page in reversed(every) if page.source}
 
     def copy(file: str) -> str:
@@ -99,7 +115,11 @@ def _read(source: str) -> str:
 
 
 def _home() -> list[Page]:
-    return one_page("index.md", "bgc", "README.md", _read("README.md"))
+    return one_page("index.md", "bgc", ".site/home.md", _read(".site/home.md"))
+
+
+def _started() -> list[Page]:
+    return one_page("started.md", "Install and first run", "README.md", _read("README.md"))
 
 
 def _tutorials() -> list[Page]:
@@ -115,13 +135,20 @@ def _tutorials() -> list[Page]:
     return [*pages, notebook_page("tutorials/notebook.md", source, ROOT / source)]
 
 
-def _manual() -> list[Page]:
+def _manual() -> Part:
+    """Return the chapters of the manual by its parts; the index itself stands under ""."""
     source = "grammar/LANGUAGE.md"
     index = _read(source)
-    pages = one_page("manual/index.md", "Overview", source, index)
-    for title, file in re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", index, re.MULTILINE):
-        pages += one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
-    return pages
+    found = {"": one_page("manual/index.md", "The manual", source, index)}
+    _, *pieces = re.split(r"^## (.+)$", index, flags=re.MULTILINE)
+    for part, text in zip(pieces[::2], pieces[1::2], strict=True):
+        listed = re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", text, re.MULTILINE)
+        found[part] = [
+            page
+            for title, file in listed
+            for page in one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
+        ]
+    return found
 
 
 def _diagnostics() -> list[Page]:
@@ -179,24 +206,38 @@ def _bgc(*arguments: object) -> None:
 # --- the configuration ----------------------------------------------------------------------
 
 
-def configuration(parts: dict[str, list[Page]]) -> str:
+def configuration(parts: dict[str, Part]) -> str:
     """Return the settings of Zensical: the navigation, no fonts and no icons of other hosts."""
-    entries = ",\n".join(_entry(title, pages) for title, pages in parts.items())
+    parts = {title: part for title, part in parts.items() if title != "Home"}
+    sections = (_section(title, _inside(part)) for title, part in parts.items())
+    entries = ",\n  ".join(['{ "Home" = "index.md" }', *sections])
     template = Path(__file__).with_name("zensical.toml").read_text("utf-8")
-    return template.replace("nav = []", f"nav = [\n{entries}\n]")
+    return template.replace("nav = []", f"nav = [\n  {entries}\n]")
 
 
-def _entry(title: str, pages: list[Page]) -> str:
-    if len(pages) == 1:
-        return f'  {{ "{title}" = "{pages[0].path}" }}'
-    return f'  {{ "{title}" = [{", ".join(_listed(pages))}] }}'
+def _inside(part: Part) -> Iterator[str]:
+    for title, pages in part.items():
+        if title:
+            yield _section(title, _listed(pages))
+        else:
+            yield from _listed(pages)
+
+
+def _section(title: str, entries: Iterable[str]) -> str:
+    return f'{{ "{title}" = [{", ".join(entries)}] }}'
 
 
 def _listed(pages: list[Page]) -> Iterator[str]:
     """List pages; those of modules with a folder, `crane.beam`, stand below the folder's name."""
-    for folder, some in groupby(pages, lambda page: page.title.rpartition(".")[0]):
-        items = [f'{{ "{page.title.rpartition(".")[2]}" = "{page.path}" }}' for page in some]
-        yield f'{{ "{folder}" = [{", ".join(items)}] }}' if folder else ", ".join(items)
+    for folder, some in groupby(pages, _folder):
+        titles = {page.path: page.title.removeprefix(f"{folder}.") for page in some}
+        items = [f'{{ "{title}" = "{path}" }}' for path, title in titles.items()]
+        yield _section(folder, items) if folder else ", ".join(items)
+
+
+def _folder(page: Page) -> str:
+    is_module = re.fullmatch(r"\w+(\.\w+)+", page.title)
+    return page.title.rpartition(".")[0] if is_module else ""
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ def promise(sentence: str) -> Callable[[_Test], _Test]:
 
 def sentences() -> set[str]:
     """The items of the lists of the chapter, each on one line and without its links."""
-    chapter = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", chapter_named("reference/security"))
+    chapter = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", chapter_named("evidence/security"))
     items = re.findall(r"^- (.+(?:\n  .+)*)", chapter, re.MULTILINE)
     return {" ".join(item.split()) for item in items}
 

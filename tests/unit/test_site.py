@@ -16,7 +16,7 @@ sys.path.insert(1, str(Path(__file__).parents[1] / "bench"))
 from check_links import broken_links  # noqa: E402
 from curves_page import Point, exponent  # noqa: E402
 from figures import benchmarks, read_points  # noqa: E402
-from make import configuration, write_pages  # noqa: E402
+from make import configuration, every_page, write_pages  # noqa: E402
 from pages import Links, Page, anchors_of, one_page, written  # noqa: E402
 from python_api import TOPICS, documented, found, python_pages, shown_name  # noqa: E402
 
@@ -65,7 +65,7 @@ def test_files_become_pages_whose_links_hold():
 
 def test_every_page_of_the_repository_is_written(tmp_path):
     parts = write_pages(tmp_path, scenes=[])
-    every = [page for pages in parts.values() for page in pages]
+    every = [*every_page(parts)]
     assert len({page.path for page in every}) == len(every) > 150
     assert all((tmp_path / page.path).read_text("utf-8").startswith("#") for page in every)
     settings = configuration(parts)
