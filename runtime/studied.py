@@ -92,9 +92,10 @@ class StudiedModel(LoadedModel):
         >>> many["x"].shape  # (instances, rows)  # doctest: +SKIP
         """
         # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
+        from bgc.runtime.results.ensemble import Ensemble
         from bgc.runtime.running.cases import checked_cases
         from bgc.runtime.running.driven import driven_runs, numbered
-        from bgc.runtime.running.many import plan_many, simulate_many
+        from bgc.runtime.running.many import plan_many, run_many
 
         options = method_options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options)
@@ -105,7 +106,9 @@ class StudiedModel(LoadedModel):
         cases = checked_cases(sets, model.parameters)
         times = times_of(self, method, end, interval, len(cases))
         plan = plan_many(model, method, numbered(cases) if by_run else cases, times, vectorised)
-        return simulate_many(plan, progress, notices, resume)
+        ensemble = run_many(plan, progress, notices, resume)
+        assert isinstance(ensemble, Ensemble)  # without observables
+        return ensemble
 
     def sweep(
         self,
@@ -260,7 +263,7 @@ class StudiedModel(LoadedModel):
         """
         # As for `simulate_many`.
         from bgc.runtime.running.driven import driven
-        from bgc.runtime.studies.bounds import read_bounds, read_noise
+        from bgc.runtime.studies.arguments import read_bounds, read_noise
         from bgc.runtime.studies.fit import FitOptions, fit
         from bgc.runtime.studies.motion import read_motion
 
@@ -344,8 +347,8 @@ class StudiedModel(LoadedModel):
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
+        from bgc.runtime.studies.arguments import read_problem
         from bgc.runtime.studies.optimise import Goal, Search, optimise
-        from bgc.runtime.studies.optimise_arguments import read_problem
 
         problem = read_problem(self, vary, minimise, maximise, require, over)
         options = method_options(rtol, atol, step, max_step, substeps, settle)

@@ -64,6 +64,11 @@ class Work:
     stopping: bool = False
 
     @property
+    def results(self) -> Array:
+        """What the runs leave, along their numbers: all rows, or the reduced ones."""
+        return self.reduced if self.rows is None else self.rows
+
+    @property
     def width(self) -> int:
         """Instances in a batch."""
         return self.library.width if isinstance(self.library, LaneLibrary) else 1

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -107,38 +108,7 @@ def plan_many(
     return Plan(model, method, cases, times, alone, tuple(varied), observables)
 
 
-def simulate_many(
-    plan: Plan,
-    progress: bool = False,
-    notices: Sequence[Diagnostic] = (),
-    resume: bool = False,
-    library: LaneLibrary | None = None,
-    examined: bool = True,
-) -> Ensemble:
-    """Run a model with all parameter sets, each to all times; see `Model.simulate_many`.
-
-    With `resume`, what is done is kept if Ctrl-C ends the call, and the next equal call goes on
-    from there. `library` is that of the batches, where the caller has loaded it. Unless `examined`,
-    runs that rounding may decide are not.
-    """
-    work = plan.work(None if plan.alone else library or lane_library(plan.model))
-    rows = work.rows
-    assert rows is not None
-    unfinished = _unfinished(plan) if resume else None
-    recalled = _recall(work, unfinished, rows)
-    run_all(work, progress)
-    if examined:
-        examine(work)
-    ensemble = ensemble_of(work, plan.alone, notices, recalled)
-    if work.stopping:
-        kept = unfinished is not None and unfinished.keep(rows, work.completed, work.warned)
-        raise ensemble.interrupted(kept)
-    if unfinished is not None:
-        unfinished.clear()
-    return ensemble
-
-
-def observe_many(
+def run_many(
     plan: Plan,
     progress: bool = False,
     notices: Sequence[Diagnostic] = (),
@@ -146,46 +116,61 @@ def observe_many(
     design: str = "cases",
     library: LaneLibrary | None = None,
     examined: bool = True,
-) -> Study:
-    """Run as `simulate_many` does, and keep the observables of each run alone."""
+) -> Ensemble | Study:
+    """Run a model with all parameter sets, each to all times; see `Model.simulate_many`.
+
+    With observables each run leaves them alone, and the result is a study. With `resume`, what is
+    done is kept if Ctrl-C ends the call, and the next equal call goes on from there. `library` is
+    that of the batches, where the caller has loaded it. Unless `examined`, runs that rounding may
+    decide are not.
+    """
     work = plan.work(None if plan.alone else library or lane_library(plan.model))
     unfinished = _unfinished(plan) if resume else None
-    recalled = _recall(work, unfinished, work.reduced)
+    recalled = unfinished.load(work) if unfinished is not None else 0
     run_all(work, progress)
     if examined:
         examine(work)
-    study = replace(study_of(plan, work, notices, design), recalled=recalled)
+    kept = unfinished is not None and unfinished.keep(work)
+    return outcome(plan, work, notices, design, recalled, kept)
+
+
+def outcome(
+    plan: Plan,
+    work: Work,
+    notices: Sequence[Diagnostic] = (),
+    design: str = "cases",
+    recalled: int = 0,
+    kept: bool = False,
+) -> Ensemble | Study:
+    """Name the computed values, with outputs in the scene's order, or the observables.
+
+    Raises Interrupted if Ctrl-C ended the work; `kept` says that the next call goes on from there.
+    """
+    model, outputs = plan.model, plan.observables or plan.model.outputs
+    given = {name: model.parameters[name] for name in work.varied}
+    shared: dict[str, Any] = {
+        "scene": model.facts.name,
+        "solver": work.method.name,
+        "parameters": {name: work.values[:, k] for k, name in enumerate(work.varied)},
+        "names": tuple(each.name for each in outputs),
+        "units": {each.name: each.unit for each in (*given.values(), *outputs)},
+        "shown": {each.name: each.shown for each in (*given.values(), *outputs)},
+        "status": tuple(work.status_of(k) for k in range(len(work.cases))),
+        "failures": dict(sorted(work.failures.items())),
+        "together": len(work.together),
+        "alone": plan.alone,
+        "warnings": (*notices, *_warnings(work)),
+        "recalled": recalled,
+        "run_warnings": dict(sorted(work.warned.items())),
+    }
+    found: Ensemble | Study
+    if work.rows is None:
+        found = Study(values=work.reduced, design=design, **shared)
+    else:
+        found = Ensemble(time=work.times, values=model.selection().of(work.rows), **shared)
     if work.stopping:
-        kept = unfinished is not None and unfinished.keep(work.reduced, work.completed, work.warned)
-        raise study.interrupted(kept)
-    if unfinished is not None:
-        unfinished.clear()
-    return study
-
-
-def study_of(
-    plan: Plan, work: Work, notices: Sequence[Diagnostic] = (), design: str = "cases"
-) -> Study:
-    """Name the observables of all runs."""
-    model = plan.model
-    units = {name: model.parameters[name].unit for name in work.varied}
-    shown = {name: model.parameters[name].shown for name in work.varied}
-    return Study(
-        scene=model.facts.name,
-        solver=work.method.name,
-        parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
-        names=tuple(each.name for each in plan.observables),
-        units={**units, **{each.name: each.unit for each in plan.observables}},
-        values=work.reduced,
-        status=tuple(work.status_of(k) for k in range(len(work.cases))),
-        failures=dict(sorted(work.failures.items())),
-        design=design,
-        shown={**shown, **{each.name: each.shown for each in plan.observables}},
-        together=len(work.together),
-        alone=plan.alone,
-        warnings=(*notices, *_warnings(work)),
-        run_warnings=dict(sorted(work.warned.items())),
-    )
+        raise found.interrupted(kept)
+    return found
 
 
 def observed_columns(model: LoadedModel) -> dict[str, tuple[str, Shown]]:
@@ -197,13 +182,6 @@ def _unfinished(plan: Plan) -> Unfinished:
     return find_unfinished(
         plan.model, plan.method, plan.cases, plan.times, plan.alone, plan.observables
     )
-
-
-def _recall(work: Work, unfinished: Unfinished | None, arrays: Array) -> int:
-    """Fill in what an earlier call computed, and count it."""
-    if unfinished is not None:
-        work.completed |= unfinished.recall(arrays, work.warned)
-    return len(work.completed)
 
 
 def why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) -> str:
@@ -246,32 +224,6 @@ def lane_library(model: LoadedModel) -> LaneLibrary:
     if text(library.model.hash) != text(model.library.model.hash):
         raise BgError([source_changed(str(path))])
     return library
-
-
-def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled: int) -> Ensemble:
-    """Name the computed values, with outputs in the scene's order."""
-    model, rows = work.model, work.rows
-    assert rows is not None
-    return Ensemble(
-        scene=model.facts.name,
-        solver=work.method.name,
-        time=work.times,
-        values=model.selection().of(rows),
-        names=tuple(variable.name for variable in model.outputs),
-        units={
-            **{name: model.parameters[name].unit for name in work.varied},
-            **{variable.name: variable.unit for variable in model.outputs},
-        },
-        shown={variable.name: variable.shown for variable in model.outputs},
-        parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
-        status=tuple(work.status_of(k) for k in range(len(work.cases))),
-        failures=dict(sorted(work.failures.items())),
-        together=len(work.together),
-        alone=alone,
-        recalled=recalled,
-        warnings=(*notices, *_warnings(work)),
-        run_warnings=dict(sorted(work.warned.items())),
-    )
 
 
 def _warnings(work: Work) -> Iterator[Diagnostic]:

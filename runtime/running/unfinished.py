@@ -1,10 +1,10 @@
-"""Rows of an ensemble that Ctrl-C ended, kept in the cache for the next equal call."""
+"""Results of many runs that Ctrl-C ended, kept in the cache for the next equal call."""
 
 from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -13,10 +13,11 @@ import numpy as np
 
 from bgc.building.cache import digest_of, digest_of_bytes, open_cache
 from bgc.building.recall import machine_identity
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.results.observables import Observable
+from bgc.runtime.running.batches import Work
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
@@ -30,38 +31,40 @@ _DAMAGED = (OSError, ValueError, KeyError, zipfile.BadZipFile)
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """The file for the rows of one ensemble."""
+    """The file for the rows of one ensemble, or the numbers of one study."""
 
     path: Path
 
-    def recall(self, rows: Array, warned: dict[int, tuple[Diagnostic, ...]]) -> set[int]:
-        """Fill in rows and warnings of an earlier call; return the numbers of its instances."""
+    def load(self, work: Work) -> int:
+        """Fill in the numbers and warnings of an earlier call; return how many runs they are of."""
         with suppress(*_DAMAGED), self.path.open("rb") as file, np.load(file) as archive:
             numbers, kept = archive["numbers"], archive["rows"]
-            if kept.shape == (len(numbers), *rows.shape[1:]):
-                warned |= read_warnings(json.loads(str(archive["warned"])))
-                rows[numbers] = kept
-                return set(numbers.tolist())
-        return set()
+            if kept.shape == (len(numbers), *work.results.shape[1:]):
+                work.warned |= read_warnings(json.loads(str(archive["warned"])))
+                work.results[numbers] = kept
+                work.completed |= set(numbers.tolist())
+        return len(work.completed)
 
-    def keep(self, rows: Array, done: Set[int], warned: Mapping[int, Sequence[Diagnostic]]) -> bool:
-        """Write the rows and warnings of finished instances; return whether there are any."""
-        numbers = np.array(sorted(done), dtype=np.int64)
+    def keep(self, work: Work) -> bool:
+        """Write what is done where Ctrl-C ended the work, and return whether there is any.
+
+        Delete the file where all is done.
+        """
+        if not work.stopping:
+            with suppress(OSError):
+                self.path.unlink(missing_ok=True)
+            return False
+        numbers = np.array(sorted(work.completed), dtype=np.int64)
         if not len(numbers):
             return False
+        text = np.array(json.dumps(written_warnings(work.warned)))
+        arrays = {"numbers": numbers, "rows": work.results[numbers], "warned": text}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            text = np.array(json.dumps(written_warnings(warned)))
-            arrays = {"numbers": numbers, "rows": rows[numbers], "warned": text}
             write_arrays(self.path, arrays)
         except (BgError, OSError):  # a full disk: the caller has the rows all the same
             return False
         return True
-
-    def clear(self) -> None:
-        """Delete the file."""
-        with suppress(OSError):
-            self.path.unlink(missing_ok=True)
 
 
 def find_unfinished(

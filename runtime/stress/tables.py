@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bgc.printing.tables import Table
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_rows
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.stress.drives import STEP, Drive, is_extreme
 from bgc.runtime.stress.judge import Judgement, Verdict
@@ -171,18 +170,18 @@ def _stretch_of_use(drive: Drive, points: Sequence[Point]) -> list[float]:
 
 def write_csv(found: StressMap, path: str | Path) -> None:
     """Write a line for each point: its settings, SI, and its judgement."""
-    with written_whole(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        width = 2 if found.grid else 1
-        names = [f"{word}{k + 1 if found.grid else ''}" for k in range(width)
-                 for word in ("driven", "value")]  # fmt: skip
-        writer.writerow([*names, "seconds", "verdict", "error", "residual", "message"])
-        for point in found.points:
-            judgement = point.judgement
-            settings = [item for pair in point.settings for item in (pair[0], repr(pair[1]))]
-            numbers = ["" if x is None else repr(x) for x in (judgement.error, judgement.residual)]
-            outcome = judgement.verdict.value, *numbers, judgement.message
-            writer.writerow([*settings, repr(point.duration), *outcome])
+    width = 2 if found.grid else 1
+    names = [f"{word}{k + 1 if found.grid else ''}" for k in range(width)
+             for word in ("driven", "value")]  # fmt: skip
+    header = (*names, "seconds", "verdict", "error", "residual", "message")
+    write_rows(path, header, map(_line, found.points))
+
+
+def _line(point: Point) -> tuple[object, ...]:
+    judgement = point.judgement
+    numbers = judgement.error, judgement.residual
+    settings = (item for pair in point.settings for item in pair)
+    return *settings, point.duration, judgement.verdict.value, *numbers, judgement.message
 
 
 def as_json(found: StressMap) -> str:

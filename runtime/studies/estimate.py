@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bgc.diagnostics.catalogue import counted
-from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.doors import with_doors
+from bgc.language.columns import name_in_si
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.files import written_whole
-from bgc.runtime.results.tabled import Tabled
+from bgc.runtime.results.files import write_rows
+from bgc.runtime.studies.found import FoundParameters
 from bgc.runtime.studies.motion import Recorded
 from bgc.values.shown import Shown
 
@@ -24,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @with_doors
-@dataclass(frozen=True, eq=False, repr=False)
-class Estimate(Tabled):
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Estimate(FoundParameters):
     """Estimated parameters: `estimate["k"]` is a value, SI, `estimate.interval("k")` its ends.
 
     Attributes
@@ -47,27 +46,14 @@ class Estimate(Tabled):
         Combinations of parameters that the data do not determine (BG478).
     """
 
-    scene: str
-    names: tuple[str, ...]
-    values: Array
     half_widths: Array
-    start: Array
-    at_bound: tuple[bool, ...]
     confidence: float
     correlation: Array
     recorded: Recorded
     computed: Array
     noise: Mapping[str, float]
-    shown: Mapping[str, Shown]
     shown_columns: Mapping[str, Shown]
-    converged: bool
     loss: str
-    runs: int
-    failed: int
-    warnings: tuple[Diagnostic, ...] = ()
-
-    def __getitem__(self, name: str) -> float:
-        return float(self.values[self.names.index(name)])
 
     def interval(self, name: str) -> tuple[float, float]:
         """Ends of the confidence interval of a parameter, SI; NaN where there is none."""
@@ -75,28 +61,16 @@ class Estimate(Tabled):
         half = float(self.half_widths[k])
         return float(self.values[k]) - half, float(self.values[k]) + half
 
-    def parameters(self) -> dict[str, float]:
-        """The estimates by name, SI: an argument of `Model.simulate(parameters=..)`."""
-        return dict(zip(self.names, self.values.tolist(), strict=True))
-
     def tables(self) -> list[Table]:
         """Estimates, residuals of the columns, and correlations if there are several."""
         rows = []
-        for k, name in enumerate(self.names):
-            shown = self.shown[name]
-            half = self.half_widths[k]
-            ends = "-" if np.isnan(half) else " .. ".join(
-                f"{shown.number(end):.6g}" for end in self.interval(name)
-            )  # fmt: skip
-            note = "at its bound" if self.at_bound[k] else ""
-            label = f"{name} [{shown.label}]" if shown.label else name
-            start = f"{shown.number(self.start[k]):.6g}"
-            rows.append((label, f"{shown.number(self.values[k]):.6g}", ends, start, note))
+        for k, shown, label, value, start, note in self._rows():
+            ends = " .. ".join(f"{shown.number(end):.6g}" for end in self.interval(self.names[k]))
+            interval = "-" if np.isnan(self.half_widths[k]) else ends
+            rows.append((label, value, interval, start, note))
         header = ("", "estimate", f"{100 * self.confidence:g} % interval", "start", "")
-        ended = "" if self.converged else "the iteration did not converge"
-        failed = f", {self.failed} of which failed" if self.failed else ""
-        note = "\n".join(filter(None, (f"{counted(self.runs, 'run')}{failed}", ended)))
-        found = [Table(f"{self.scene}: estimated parameters", header, tuple(rows), note)]
+        title = f"{self.scene}: estimated parameters"
+        found = [Table(title, header, tuple(rows), self._note("iteration"))]
         columns = []
         for k, name in enumerate(self.recorded.names):
             known = self.recorded.known[:, k]
@@ -115,12 +89,12 @@ class Estimate(Tabled):
         return found
 
     def to_csv(self, path: str | Path) -> None:
-        """Write `parameter,unit,estimate,low,high,start`, SI numbers."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8") as file:
-            file.write("parameter,estimate,low,high,start\n")
-            for k, name in enumerate(self.names):
-                cells = (self[name], *self.interval(name), float(self.start[k]))
-                file.write(f"{name},{','.join(map(repr, cells))}\n")
+        """Write `parameter,estimate,low,high,start`, SI numbers."""
+        rows = (
+            (n, self[n], *self.interval(n), x)
+            for n, x in zip(self.names, self.start.tolist(), strict=True)
+        )
+        write_rows(path, ("parameter", "estimate", "low", "high", "start"), rows)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw each fitted column, recorded and computed; return the figure."""
@@ -134,7 +108,7 @@ class Estimate(Tabled):
         found = []
         for k, name in enumerate(self.recorded.names):
             shown = self.shown_columns[name]
-            label = f"{name} [{shown.label}]" if shown.label and "[" not in name else name
+            label = shown.heading(name_in_si(name))
             recorded, computed = (
                 table[:, k] / shown.factor for table in (self.recorded.values, self.computed)
             )

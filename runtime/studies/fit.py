@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -17,9 +16,10 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
 from bgc.runtime.running.warned import negative_among
-from bgc.runtime.studies.bounds import spread, with_sobol
+from bgc.runtime.studies.arguments import spread, with_sobol
 from bgc.runtime.studies.estimate import Estimate
 from bgc.runtime.studies.motion import Recorded
+from bgc.runtime.studies.points import PointRuns
 from bgc.runtime.studies.residuals import Residuals, penalty
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -67,7 +67,8 @@ def fit(
     given = options.noise or {}
     for k, name in enumerate(recorded.names):
         noise[k] = given.get(name, noise[k])
-    problem = Residuals(model, method, recorded, names, low, high, _scales(start, low, high), noise)
+    runs = PointRuns(model, method, recorded.time)
+    problem = Residuals(runs, recorded, names, low, high, _scales(start, low, high), noise)
     start = _best_start(problem, bounds, start, options.starts)
     point = start
     for _ in range(_PASSES):
@@ -101,11 +102,7 @@ def _check(recorded: Recorded, bounds: Sequence[Range], options: FitOptions) -> 
             raise BgError(
                 [cannot_fit(f"the bounds of `{each.name}` hold a single value", "widen them")]
             )
-    for name, value in (options.noise or {}).items():
-        if name not in recorded.names:
-            reason = f"`{name}`, whose noise is given, is not fitted"
-            way_out = f"give the noise of {listed(recorded.names)}"
-            raise BgError([cannot_fit(reason, way_out)])
+    for value in (options.noise or {}).values():
         if not value > 0:
             raise BgError([bad_option("noise", value, "a positive standard deviation", "1e-3")])
     count = int(recorded.known.sum())
@@ -136,7 +133,11 @@ def _best_start(problem: Residuals, bounds: Sequence[Range], start: Array, count
     ]  # fmt: skip
     best = int(np.argmin(squares))
     if not np.isfinite(squares[best]):
-        why = problem.failures[0].message if problem.failures else "its values are not finite"
+        why = (
+            problem.runs.failures[0].message
+            if problem.runs.failures
+            else "its values are not finite"
+        )
         reason = f"the run with the start values fails: {why}"
         raise BgError([cannot_fit(reason, "give other start values by `--set`, or `--starts 16`")])
     return np.asarray(points[best])
@@ -223,9 +224,9 @@ def _judge(
         correlation[np.ix_(free, free)] = inverse / np.outer(lengths, lengths)
     values = problem.values(point)
     assert values is not None
-    parameters = problem.model.parameters
+    model = problem.runs.model
     return Estimate(
-        scene=problem.model.facts.name,
+        scene=model.facts.name,
         names=problem.names,
         values=point,
         half_widths=half,
@@ -236,15 +237,15 @@ def _judge(
         recorded=problem.recorded,
         computed=values,
         noise=dict(zip(problem.recorded.names, problem.noise.tolist(), strict=True)),
-        shown={name: parameters[name].shown for name in problem.names},
-        shown_columns={v.name: v.shown for v in problem.model.outputs},
+        shown={name: model.parameters[name].shown for name in problem.names},
+        shown_columns={v.name: v.shown for v in model.outputs},
         converged=bool(solution.status > 0),
         loss=options.loss,
-        runs=problem.runs,
-        failed=len(problem.failures),
+        runs=problem.runs.count,
+        failed=len(problem.runs.failures),
         warnings=(
             *warnings,
-            *negative_among(problem.model, problem.names, point[np.newaxis]),
+            *negative_among(model, problem.names, point[np.newaxis]),
             *problem.warned(point),
         ),
     )

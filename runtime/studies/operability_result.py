@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
 from bgc.printing.tables import Table
 from bgc.runtime.results.arrays import Array, Mask
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_rows
 from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
 from bgc.runtime.results.tabled import Tabled
@@ -212,20 +211,17 @@ class Operability(Tabled):
 
     def to_csv(self, path: str | Path) -> None:
         """Write a line for each cell and criterion, SI."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(
-                ("heading", "period", "height", "criterion", "value", "utilisation", "governing")
-            )
-            for h, p, k in np.ndindex(self.failed.shape):
-                governing = self.governing(h, p, k)
-                place = (self.headings[h], self.periods[p], self.heights[k])
-                for c, criterion in enumerate(self.criteria):
-                    numbers = (self.values[h, p, k, c], self.utilisation[h, p, k, c])
-                    start = (repr(float(x)) for x in place)
-                    ends = (repr(float(x)) for x in numbers)
-                    marked = governing if governing in (criterion.name, _FAILED) else ""
-                    writer.writerow((*start, criterion.name, *ends, marked))
+        header = ("heading", "period", "height", "criterion", "value", "utilisation", "governing")
+        write_rows(path, header, self._lines())
+
+    def _lines(self) -> Iterator[tuple[object, ...]]:
+        for h, p, k in np.ndindex(self.failed.shape):
+            governing = self.governing(h, p, k)
+            for c, criterion in enumerate(self.criteria):
+                marked = governing if governing in (criterion.name, _FAILED) else ""
+                numbers = self.values[h, p, k, c], self.utilisation[h, p, k, c]
+                sea = self.headings[h], self.periods[p], self.heights[k]
+                yield *sea, criterion.name, *numbers, marked
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw a map of utilisation with its limit for each heading; return the figure."""

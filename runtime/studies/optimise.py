@@ -24,9 +24,10 @@ from bgc.runtime.running.progress import StatusLine
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
 from bgc.runtime.running.warned import negative_among
-from bgc.runtime.studies.bounds import spread, with_sobol
+from bgc.runtime.studies.arguments import spread, with_sobol
 from bgc.runtime.studies.designs import Designs, RunsSpent
 from bgc.runtime.studies.optimum import Limit, Optimum
+from bgc.runtime.studies.points import PointRuns
 
 SEARCHES = ("gradient", "evolution")
 JUDGES = ("worst", "mean")
@@ -93,9 +94,9 @@ class _Problem:
         rank = (excess if excess > _HELD else 0.0, loss)
         if rank < self.rank:
             self.rank, self.best = rank, np.clip(u, 0.0, 1.0)
-            self.history.append((self.designs.runs, loss, excess))
+            self.history.append((self.designs.runs.count, loss, excess))
             value = self.goal.observable.shown.text(-loss if self.goal.largest else loss)
-            self.line.show(f"{self.designs.runs} runs, {self.goal.observable.name} = {value}")
+            self.line.show(f"{self.designs.runs.count} runs, {self.goal.observable.name} = {value}")
         return rank
 
     def excess(self, values: Array) -> float:
@@ -152,9 +153,8 @@ def optimise(
     kind = _checked(bounds, goal, criteria, over, search)
     observables = {each.name: each for each in (goal.observable, *(c.observable for c in criteria))}
     ranges = spread(bounds)
-    designs = Designs(
-        model, method, times, ranges, over, tuple(observables.values()), search.most_runs
-    )  # fmt: skip
+    runs = PointRuns(model, method, times, tuple(observables.values()))
+    designs = Designs(runs, ranges, over, search.most_runs)
     names = [*observables]
     places = tuple(names.index(each.observable.name) for each in criteria)
     limits = np.array([abs(each.limit) or 1.0 for each in criteria])
@@ -174,7 +174,7 @@ def optimise(
             best = problem.best
             found = None if best is None else _judged(problem, start, False, kind, notices)
             kept = "; the best design by then" if found is not None else ""
-            raise Interrupted(f"interrupted after {designs.runs} runs{kept}", found) from signal
+            raise Interrupted(f"interrupted after {runs.count} runs{kept}", found) from signal
     return _judged(problem, start, converged, kind, notices)
 
 
@@ -228,10 +228,9 @@ def _first(problem: _Problem, start: Array, search: Search) -> Array:
     for u, values in zip(points, designs.many(points), strict=True):
         problem.judge(u, values)
     if problem.best is None:
-        why = designs.failures[0].message if designs.failures else "its values are not finite"
         which = "the run at the start fails" if len(points) == 1 else "all runs at the start fail"
         way_out = "give other start values by `--set`, or `--starts 32`"
-        raise BgError([cannot_optimise(f"{which}: {why}", way_out)])
+        raise BgError([cannot_optimise(f"{which}: {designs.runs.reason}", way_out)])
     return problem.best
 
 
@@ -351,6 +350,7 @@ def _judged(
 ) -> Optimum:
     """The best design with its limits, and the warnings."""
     designs, goal = problem.designs, problem.goal
+    runs, model = designs.runs, designs.runs.model
     assert problem.best is not None
     best, before = designs.at(problem.best), designs.at(start)
     assert best is not None and before is not None
@@ -370,18 +370,17 @@ def _judged(
     low, high = (np.array([getattr(r, end) for r in designs.ranges]) for end in ("low", "high"))
     edge = 1e-6
     names = tuple(each.name for each in designs.ranges)
-    if designs.failures:
-        first = designs.failures[0]
+    if runs.failures:
+        first = runs.failures[0]
         why = f"{first.message} ({first.note.splitlines()[-1]})"
-        warnings.append(designs_failed(len(designs.failures), designs.runs, why))
+        warnings.append(designs_failed(len(runs.failures), runs.count, why))
     silent = _silent(problem, kind)
     if silent:
         warnings.append(without_influence([names[k] for k in silent]))
-    warnings += negative_among(designs.model, names, point[np.newaxis])
+    warnings += negative_among(model, names, point[np.newaxis])
     warnings += designs.warned(problem.best)
-    parameters = designs.model.parameters
     return Optimum(
-        scene=designs.model.facts.name,
+        scene=model.facts.name,
         names=names,
         values=point,
         low=low,
@@ -396,12 +395,12 @@ def _judged(
         governing=int(np.argmax(goal.losses(best))),
         limits=tuple(limits),
         over=designs.over,
-        shown={name: parameters[name].shown for name in (*names, *designs.over)},
+        shown={name: model.parameters[name].shown for name in (*names, *designs.over)},
         search=kind,
         converged=converged,
-        runs=designs.runs,
-        failed=len(designs.failures),
-        failures=tuple(designs.failures),
+        runs=runs.count,
+        failed=len(runs.failures),
+        failures=tuple(runs.failures),
         history=np.array([(runs, sign * loss, excess) for runs, loss, excess in problem.history]),
         warnings=tuple(warnings),
     )

@@ -14,8 +14,7 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import Criterion, Observable
-from bgc.runtime.results.tabled import Tabled
-from bgc.values.shown import Shown
+from bgc.runtime.studies.found import FoundParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,8 +40,8 @@ class Limit:
 
 
 @with_doors
-@dataclass(frozen=True, eq=False, repr=False)
-class Optimum(Tabled):
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Optimum(FoundParameters):
     """The best design: `optimum["k"]` is the value of a parameter, SI.
 
     Attributes
@@ -72,13 +71,8 @@ class Optimum(Tabled):
         Limits that no design met (BG656), parameters without influence (BG657).
     """
 
-    scene: str
-    names: tuple[str, ...]
-    values: Array
     low: Array
     high: Array
-    start: Array
-    at_bound: tuple[bool, ...]
     goal: Observable
     largest: bool
     judge: str
@@ -87,39 +81,21 @@ class Optimum(Tabled):
     governing: int
     limits: tuple[Limit, ...]
     over: Mapping[str, Array]
-    shown: Mapping[str, Shown]
     search: str
-    converged: bool
-    runs: int
-    failed: int
     failures: tuple[Diagnostic, ...]
     history: Array
-    warnings: tuple[Diagnostic, ...] = ()
-
-    def __getitem__(self, name: str) -> float:
-        return float(self.values[self.names.index(name)])
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return [*self.names]
 
     @property
     def feasible(self) -> bool:
         """True where all limits are met."""
         return all(each.note != "exceeded" for each in self.limits)
 
-    def parameters(self) -> dict[str, float]:
-        """The best values by name, SI: an argument of `Model.simulate(parameters=..)`."""
-        return dict(zip(self.names, self.values.tolist(), strict=True))
-
     def tables(self) -> list[Table]:
         """The design with its objective; the limits, if there are any."""
         rows = []
-        for k, name in enumerate(self.names):
-            shown = self.shown[name]
-            cells = (f"{shown.number(x):.6g}" for x in (self.values[k], self.start[k]))
+        for k, shown, label, value, start, note in self._rows():
             bounds = " .. ".join(f"{shown.number(x):.6g}" for x in (self.low[k], self.high[k]))
-            label = f"{name} [{shown.label}]" if shown.label else name
-            rows.append((label, *cells, bounds, "at its bound" if self.at_bound[k] else ""))
+            rows.append((label, value, start, bounds, note))
         found = [
             Table(f"{self.scene}: best design", ("", "best", "start", "bounds", ""), tuple(rows)),
             self._objective_table(),
@@ -139,18 +115,17 @@ class Optimum(Tabled):
         if self.over:
             count = len(next(iter(self.over.values())))
             joined = f", {'mean' if self.judge == 'mean' else 'worst'} of {count} cases"
-        failed = f", {self.failed} of which failed" if self.failed else ""
-        notes = [f"{self.runs} run{'s' * (self.runs > 1)}{failed}"]
+        worst = []
         if self.over and self.judge == "worst":
             at = ", ".join(
                 f"{name} = {self.shown[name].text(float(values[self.governing]))}"
                 for name, values in self.over.items()
             )
-            notes.append(f"the worst case is {at}")
-        if not self.converged:
-            notes.append("the search did not converge")
+            worst = [f"the worst case is {at}"]
         cells = (self.goal.name, shown.text(self.objective), shown.text(self.at_start))
-        return Table(f"{way}{joined}", ("", "best", "start"), (cells,), "\n".join(notes))
+        return Table(
+            f"{way}{joined}", ("", "best", "start"), (cells,), self._note("search", *worst)
+        )
 
     def to_csv(self, path: str | Path) -> None:
         """Write `name,best,start,low,high`: parameters, the objective and limits, SI numbers."""
@@ -175,7 +150,7 @@ class Optimum(Tabled):
         from bgc.runtime.studies.plots import plot_optimum
 
         shown = self.goal.shown
-        label = f"{self.goal.name} [{shown.label}]" if shown.label else self.goal.name
+        label = shown.heading(self.goal.name)
         return plot_optimum(self.history / (1.0, shown.factor, 1.0), label, self.scene, path)
 
 

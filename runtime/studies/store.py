@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from bgc.building.cache import digest_of
-from bgc.diagnostics.catalogue.machine import cannot_write, package_missing
+from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.catalogue.studies import other_study
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
+from bgc.runtime.results.columns import optional_package
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.many import Plan
 from bgc.runtime.running.unfinished import ensemble_identity
@@ -36,10 +37,7 @@ class Store:
 
         Raises BgError: BG058 without Zarr, BG789 for another study, BG055 where writing fails.
         """
-        try:
-            import zarr  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("zarr", "a `.zarr` store", "cluster")]) from problem
+        zarr = optional_package("zarr", "a `.zarr` store", "cluster")
         self.path = str(path)
         self._selection = plan.model.selection()
         identity = digest_of(
@@ -106,8 +104,8 @@ class Store:
         facts = {"scene": model.facts.name, "solver": plan.method.name, "design": design}
         group.attrs.update({**facts, "study": identity})
 
-    def load(self, work: Work) -> None:
-        """Fill in what an earlier process wrote; runs whose numbers are missing are to do.
+    def load(self, work: Work) -> int:
+        """Fill in what an earlier process wrote, and count it; missing numbers are to do.
 
         Raises BgError: BG789 where an array is missing or cannot be read.
         """
@@ -133,6 +131,7 @@ class Store:
             work.failures[k] = Diagnostic(code, Severity.ERROR, message, help=way_out)
         if "warnings" in self._group:
             work.warned |= read_warnings(dict(self._group["warnings"].attrs))
+        return len(work.completed) + len(work.failures)
 
     def write(self, chunk: Chunk) -> None:
         """Write the runs of a chunk, then their status; BG055 where the disk is full."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
+from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
@@ -20,11 +21,21 @@ from bgc.runtime.results.study_kinds import check_kind
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.csv_tables import read_cases
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.many import observe_many, observed_columns, plan_many, simulate_many
+from bgc.runtime.running.many import (
+    Plan,
+    lane_library,
+    observed_columns,
+    outcome,
+    plan_many,
+    run_many,
+)
 from bgc.runtime.running.parameters import Parameters, ParameterValue
+from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.quantity import read_quantity
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Axis, Listed, points, read_axis
+from bgc.runtime.studies.chunks import Chunk, Waiting, locally
+from bgc.runtime.studies.store import Store
 
 Vary: TypeAlias = Mapping[str, str | Sequence[float | str] | Array] | Sequence[str]
 """Values by parameter: `{"m": "1..4 kg:4", "k": [1, 2, "5 N/m"]}`, or `["m=1..4 kg:4"]`."""
@@ -115,14 +126,39 @@ def sweep(
     scheduler: str | None = None,
     store: str | Path | None = None,
 ) -> Ensemble | Study:
-    """Run all points of a design; see `Model.sweep`."""
+    """Run all points of a design; see `Model.sweep`.
+
+    With a scheduler or a store, the runs go in chunks of about a second, which are written as they
+    are done. After Ctrl-C or the end of this process, the same call goes on with what is missing.
+    """
     cases = checked_cases(design.values(model.parameters), model.parameters)
     plan = plan_many(model, method, cases, times, vectorised, tuple(observables))
-    if scheduler is not None or store is not None:
-        # Only sweeps with a store load Zarr and Dask.
-        from bgc.runtime.studies.stored import run_stored
+    if scheduler is None and store is None:
+        return run_many(plan, progress, notices, resume, design.name)
+    work = plan.work(None)
+    kept = Store(store, plan, design.name) if store is not None else None
+    recalled = kept.load(work) if kept is not None else 0
+    count = len(cases)
+    ended = work.completed | work.failures.keys()
+    waiting = Waiting(count, [k in ended for k in range(count)])
+    try:
+        with ProgressBar(float(count), progress, unit=" instances") as bar:
+            for chunk in _chunks(plan, scheduler, waiting):
+                chunk.add_to(work)
+                if kept is not None:
+                    kept.write(chunk)
+                bar.show(float(len(work.completed) + len(work.failures)))
+    except KeyboardInterrupt:
+        work.stopping = True
+    return outcome(plan, work, notices, design.name, recalled, kept is not None)
 
-        return run_stored(plan, scheduler, store, design.name, progress, notices)
-    if observables:
-        return observe_many(plan, progress, notices, resume, design.name)
-    return simulate_many(plan, progress, notices, resume)
+
+def _chunks(plan: Plan, scheduler: str | None, waiting: Waiting) -> Iterator[Chunk]:
+    """Run what is waiting on the workers of a scheduler, or on this machine's processors."""
+    if scheduler is not None:
+        # Only this needs Dask.
+        from bgc.runtime.studies.cluster import on_cluster
+
+        return on_cluster(plan, scheduler, waiting)
+    library = None if plan.alone or not waiting else lane_library(plan.model)
+    return locally(plan, library, waiting, processors())

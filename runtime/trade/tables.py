@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from bgc.language.columns import name_in_si
 from bgc.printing.tables import Table
 from bgc.runtime.measuring.errors import Quantity
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_rows
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled, times_real_time
 from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
@@ -83,10 +82,7 @@ def _whole(count: float | None) -> int | None:
 def write_csv(trade: TradeResult, path: str | Path) -> None:
     """Write the records; times in s, errors in SI units, empty cells if not measured."""
     rows = records(trade)
-    with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(path, tuple(rows[0]), (tuple(row.values()) for row in rows))
 
 
 # --- for people -------------------------------------------------------------------------------

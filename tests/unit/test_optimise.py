@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.interrupted import Interrupted
-from bgc.runtime.studies import designs
+from bgc.runtime.studies import points
 
 ABSORBER = """
 model Absorber {
@@ -160,7 +160,7 @@ def test_a_parameter_without_influence_is_named(spring):
 
 
 def test_an_interruption_keeps_the_best_design(spring, file, monkeypatch):
-    run, batches = designs.observe_many, []
+    run, batches = points.run_many, []
 
     def interrupted(plan, **options):
         batches.append(plan)
@@ -169,7 +169,7 @@ def test_an_interruption_keeps_the_best_design(spring, file, monkeypatch):
             raise study.interrupted(kept=False)
         return study
 
-    monkeypatch.setattr(designs, "observe_many", interrupted)
+    monkeypatch.setattr(points, "run_many", interrupted)
     with pytest.raises(Interrupted, match="the best design by then") as caught:
         spring.optimise({"k": "1..800 N/m"}, minimise="max(x)", require=["max(force) < 60 N"])
     found = caught.value.result
