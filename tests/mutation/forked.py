@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -17,8 +18,10 @@ from typing import Any
 
 import pytest
 
-PACKAGES = """numpy scipy.linalg scipy.integrate scipy.optimize scipy.interpolate scipy.stats sympy
-lark click jinja2 hypothesis xarray pandas mujoco pinocchio pygls.lsp.server matplotlib.figure
+PACKAGES = """
+pytest_asyncio.plugin pytest_lsp pytest_timeout _hypothesis_pytestplugin numpy scipy.linalg
+scipy.integrate scipy.optimize scipy.interpolate scipy.stats sympy lark click jinja2 hypothesis
+xarray pandas mujoco pinocchio pygls.lsp.server matplotlib.figure
 """.split()
 _MEMORY = 6 << 30  # bytes of data of one process
 
@@ -41,6 +44,7 @@ def load_packages() -> None:
         with contextlib.suppress(Exception):
             importlib.import_module(name)
     assert "bgc" not in sys.modules
+    gc.freeze()  # else each fork copies what it counts
 
 
 class _Notes:
@@ -67,16 +71,19 @@ class _Notes:
 
 def run(work: Path, files: Sequence[str], left_out: Sequence[str], limit: float,
         stop: bool = True) -> Outcome:  # fmt: skip
-    """Run files of tests, or single tests, in a fork; `left_out` are names of tests."""
+    """Run files of tests, or single tests, in a fork; `left_out` are names of tests.
+
+    `limit` is in s of processor time, of which the clock may take ten times as much.
+    """
     begun = time.monotonic()
     noted = work / "notes.txt"
     noted.unlink(missing_ok=True)
     child = os.fork()
     if child == 0:
-        _child(work, [*files, *(f"--deselect={name}" for name in left_out)], stop)
+        _child(work, [*files, *(f"--deselect={name}" for name in left_out)], limit, stop)
     with contextlib.suppress(OSError):
         os.setpgid(child, child)
-    code = _await(child, begun + limit)
+    code = _await(child, begun + 10.0 * limit)
     with contextlib.suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)  # what tests started
     lines = noted.read_text(encoding="utf-8").splitlines() if noted.exists() else []
@@ -85,7 +92,7 @@ def run(work: Path, files: Sequence[str], left_out: Sequence[str], limit: float,
     seconds = time.monotonic() - begun
     if failed:
         return Outcome("killed", failed, seconds)
-    if code is None:
+    if code is None or code == -signal.SIGXCPU:
         return Outcome("timeout", (), seconds)
     if code in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
         return Outcome("survived", (), seconds)
@@ -110,7 +117,7 @@ def _await(child: int, end: float) -> int | None:
     return None
 
 
-def _child(work: Path, arguments: list[str], stop: bool) -> None:
+def _child(work: Path, arguments: list[str], limit: float, stop: bool) -> None:
     code = 1
     try:
         os.setpgid(0, 0)
@@ -120,6 +127,7 @@ def _child(work: Path, arguments: list[str], stop: bool) -> None:
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 1))
         options = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={work / 'tmp'}"]
         plugins = [_Notes(work / "notes.txt")]
         code = int(pytest.main([*options, *(["-x"] if stop else []), *arguments], plugins))

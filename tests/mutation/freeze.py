@@ -254,7 +254,7 @@ class Bench:
         for names in groups:
             failed = [t for f in names for t in self.reach.failed.get(f.split("::")[0], ())]
             expected = sum(self.reach.seconds.get(f.split("::")[0], 10.0) for f in names)
-            outcome = run(self.work, names, failed, 60.0 + 6.0 * expected)
+            outcome = run(self.work, names, failed, 20.0 + 6.0 * expected)
             if outcome.kind in ("killed", "timeout"):
                 return outcome
         return Outcome("survived", (), 0.0)
@@ -342,7 +342,6 @@ def share_out(work: Path, numbers: Sequence[int], workers: int,
     """Try the rows of the table with these numbers in several processes; return the outcomes."""
     started = []
     for k in range(workers):
-        (work / f"outcomes{k}.jsonl").unlink(missing_ok=True)
         command = [sys.executable, __file__, "--work", str(work), *arguments, "--share", str(k),
                    "--rows", *map(str, numbers[k::workers])]  # fmt: skip
         environment = prepare(work, k)
@@ -351,9 +350,11 @@ def share_out(work: Path, numbers: Sequence[int], workers: int,
         process.wait()
     found = []
     for k in range(workers):
-        for line in (work / f"outcomes{k}.jsonl").read_text(encoding="utf-8").splitlines():
+        outcomes = work / f"outcomes{k}.jsonl"
+        for line in outcomes.read_text(encoding="utf-8").splitlines():
             number, row = json.loads(line)
             found.append((number, Row(**row)))
+        outcomes.unlink()
     return found
 
 
@@ -364,7 +365,7 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", type=int, default=26)
-    parser.add_argument("--limit", type=float, default=40.0, help="s of tests against a break")
+    parser.add_argument("--limit", type=float, default=12.0, help="s of tests against a break")
     parser.add_argument("--share", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--rows", type=int, nargs="*", help=argparse.SUPPRESS)
     given = parser.parse_args()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.source import Source as Text
@@ -166,6 +168,35 @@ class GraphBuilder:
 
     # --- the rest ----------------------------------------------------------------------
 
+    def draw(self, text: str) -> None:
+        """Elements and bonds as text: `supply : Se(1); c : C(2, q0=1); supply -> node -> c, r;`.
+
+        A value is a number or names a parameter, that of a C its compliance, of an I its inertia.
+        """
+        for statement in filter(None, map(str.strip, text.replace("\n", " ").split(";"))):
+            if " -> " in statement:
+                *chain, last = statement.split(" -> ")
+                for tail, head in pairwise(chain):
+                    self.bond(tail, head)
+                self.fan(chain[-1], *last.split(", "))
+                continue
+            names, _, kind = statement.partition(" : ")
+            kind, *given = re.split(r"[(,)] ?", kind.removesuffix(")"))
+            value = _number(given[0]) if given else 0
+            initial = {
+                key: _number(start) for key, start in (each.split("=") for each in given[1:])
+            }
+            for name in names.split(", "):
+                if kind in ("J0", "J1"):
+                    self.junction(kind, name)
+                elif kind in ("Se", "Sf"):
+                    self.source(kind, name, self.node(value))
+                elif kind in ("C", "I"):
+                    self.storage(kind, name, value, **initial)
+                else:
+                    make = {"R": self.resistor, "TF": self.transformer, "GY": self.gyrator}[kind]
+                    make(name, value)
+
     def bond(self, tail: str, head: str, power: bool = True) -> int:
         """A bond, its half arrow from tail to head; its index."""
         self.bonds.append((tail, head, power))
@@ -238,6 +269,21 @@ class GraphBuilder:
         )
 
 
+def _number(text: str) -> Number:
+    """A number, or the name of a parameter."""
+    if text[0].isalpha():
+        return text
+    value = Fraction(text)
+    return int(value) if value.denominator == 1 else value
+
+
+def drawn(text: str) -> GraphBuilder:
+    """A graph from the text that `GraphBuilder.draw` takes."""
+    g = GraphBuilder()
+    g.draw(text)
+    return g
+
+
 def _sides(ports: list[Port]) -> tuple[tuple[Port, ...], tuple[Port, ...]]:
     return tuple(p for p in ports if p.sign > 0), tuple(p for p in ports if p.sign < 0)
 
@@ -250,6 +296,5 @@ def rlc(r: Number = 2, l: Number = 3, c: Number = 4, e: Number = 1) -> GraphBuil
     g.storage("I", "coil", l)
     g.storage("C", "capacitor", c)
     g.resistor("resistor", r)
-    g.bond("supply", "loop")
-    g.fan("loop", "coil", "capacitor", "resistor")
+    g.draw("supply -> loop -> coil, capacitor, resistor")
     return g

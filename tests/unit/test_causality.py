@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 import pytest
-from graphs import GraphBuilder, rlc
+from graphs import GraphBuilder, drawn, rlc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
@@ -42,26 +42,20 @@ def test_series_circuit_has_one_independent_flow() -> None:
 
 
 def test_parallel_circuit_makes_flows_of_compliance_and_resistance_dependent() -> None:
-    g = GraphBuilder()
-    g.junction("J0", "node")
-    g.storage("I", "coil", 1)
-    g.storage("C", "capacitor", 1)
-    g.resistor("resistor", 1)
-    g.fan("node", "coil", "capacitor", "resistor")
+    g = drawn(
+        "node : J0; coil : I(1); capacitor : C(1); resistor : R(1); "
+        "node -> coil, capacitor, resistor"
+    )
     assert kinds(g) == [BasisKind.INERTIA, BasisKind.RESISTANCE]
     # the resistor's flow is the independent one: its law gives the effort, the capacitor's the
     # equation for it
 
 
 def test_two_efforts_on_one_junction_conflict() -> None:
-    g = GraphBuilder()
-    g.source("Se", "first", g.node(1))
-    g.source("Se", "second", g.node(2))
-    g.junction("J0", "node")
-    g.resistor("load", 1)
-    g.bond("first", "node")
-    g.bond("second", "node")
-    g.bond("node", "load")
+    g = drawn(
+        "first : Se(1); second : Se(2); node : J0; load : R(1); first -> node; "
+        "second -> node -> load"
+    )
     with pytest.raises(BgError) as caught:
         assign_causality(g.build())
     (diagnostic,) = caught.value.diagnostics
@@ -71,22 +65,12 @@ def test_two_efforts_on_one_junction_conflict() -> None:
 
 
 def test_two_flows_on_one_junction_conflict() -> None:
-    g = GraphBuilder()
-    g.source("Sf", "first", g.node(1))
-    g.source("Sf", "second", g.node(2))
-    g.junction("J1", "node")
-    g.bond("first", "node")
-    g.bond("second", "node")
+    g = drawn("first : Sf(1); second : Sf(2); node : J1; first -> node; second -> node")
     assert codes(g) == ["BG501"]
 
 
 def test_flows_conflict_through_a_transformer() -> None:
-    g = GraphBuilder()
-    g.source("Sf", "first", g.node(1))
-    g.source("Sf", "second", g.node(2))
-    g.transformer("gear", 3)
-    g.bond("first", "gear")
-    g.bond("gear", "second")
+    g = drawn("first : Sf(1); second : Sf(2); gear : TF(3); first -> gear -> second")
     assert codes(g) == ["BG501"]
 
 
@@ -100,12 +84,7 @@ def test_source_without_load(source: str, junction: str) -> None:
 
 
 def test_gyrator_becomes_a_transformer_of_a_dualised_region() -> None:
-    g = GraphBuilder()
-    g.storage("I", "mass", 2)
-    g.gyrator("motor", 3)
-    g.storage("C", "spring", 4)
-    g.bond("motor", "mass")
-    g.bond("spring", "motor")
+    g = drawn("mass : I(2); motor : GY(3); spring : C(4); motor -> mass; spring -> motor")
     causal = assign_causality(g.build())
     assert sorted(causal.dual) == [False, True]
     # a spring behind a gyrator is a second inertia on the same independent flow
@@ -115,16 +94,12 @@ def test_gyrator_becomes_a_transformer_of_a_dualised_region() -> None:
 
 def pendulum(ratio: Node, g: GraphBuilder) -> None:
     """A rod's angle on a junction without an element; its mass behind a modulated transformer."""
-    g.source("Se", "weight", g.node(1))
-    g.junction("J1", "angle", "height")
+    g.draw("weight : Se(1); angle, height : J1")
     g.transformer("rod", ((ratio,),))
-    g.storage("I", "mass", 1)
-    g.resistor("friction", 1)
-    g.bond("angle", "rod")
-    g.bond("rod", "height")
-    g.fan("height", "mass")
-    g.bond("weight", "height")
-    g.fan("angle", "friction")
+    g.draw(
+        "mass : I(1); friction : R(1); angle -> rod -> height -> mass; weight -> height; "
+        "angle -> friction"
+    )
 
 
 def test_a_modulus_that_varies_is_never_divided_by() -> None:
@@ -144,16 +119,12 @@ def test_an_inertia_behind_a_modulus_that_varies_is_moved_by_one_flow() -> None:
     g = GraphBuilder()
     angle = g.state("theta", 0.2)
     g.derivative(angle, g.node(1))
-    g.junction("J0", "node")
-    g.junction("J1", "shaft")
+    g.draw("node : J0; shaft : J1")
     g.transformer("gear", ((g.dag.call(Op.COS, angle),),))
-    g.storage("C", "spring", 1)
-    g.resistor("damper", 1)
-    g.storage("I", "body", 1)
-    g.bond("node", "gear")
-    g.bond("gear", "shaft")
-    g.fan("node", "spring", "damper")
-    g.fan("shaft", "body")
+    g.draw(
+        "spring : C(1); damper : R(1); body : I(1); node -> gear -> shaft; node -> spring, damper; "
+        "shaft -> body"
+    )
     causal = assign_causality(g.build())
     assert sorted(b.kind.name for b in causal.basis) == ["INERTIA", "RESISTANCE"]
     (moving,) = (b.bond_class for b in causal.basis if b.kind is BasisKind.INERTIA)
@@ -166,9 +137,7 @@ def test_a_parameter_that_is_divided_by_is_watched() -> None:
     ratio = g.param("n", 2)
     g.source("Sf", "drive", g.node(1))
     g.transformer("gear", ((ratio,),))
-    g.resistor("load", 1)
-    g.bond("load", "gear")
-    g.bond("gear", "drive")
+    g.draw("load : R(1); load -> gear -> drive")
     causal = assign_causality(g.build())
     assert [p.node for p in causal.positive] == [ratio]
     assert causal.positive[0].message == "the modulus of `gear` must not be zero"
@@ -179,9 +148,7 @@ def test_a_parameter_that_is_zero_is_no_divisor() -> None:
     ratio = g.param("n", 0)
     g.source("Sf", "drive", g.node(1))
     g.transformer("gear", ((ratio,),))
-    g.resistor("load", 1)
-    g.bond("load", "gear")
-    g.bond("gear", "drive")
+    g.draw("load : R(1); load -> gear -> drive")
     assert codes(g) == ["BG503"]
 
 
@@ -196,8 +163,7 @@ def test_a_rigid_chain_may_close_on_inertias_only(moved: str) -> None:
         g.storage("I", "mass", 1)
     else:
         g.resistor("mass", 1)
-    g.bond("mass", "rod")
-    g.bond("rod", "drive")
+    g.draw("mass -> rod -> drive")
     if moved == "R":
         assert codes(g) == ["BG502"]
         return
@@ -228,18 +194,13 @@ def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
 
 def test_parallel_bonds_are_warned_of() -> None:
     g = rlc()
-    g.junction("J1", "again")
-    g.bond("loop", "again")
-    g.bond("loop", "again")
+    g.draw("again : J1; loop -> again; loop -> again")
     assert [w.code for w in assign_causality(g.build()).warnings] == ["BG505"]
 
 
 def test_a_flow_that_goes_round_is_warned_of() -> None:
     g = rlc()
-    g.junction("J0", "node")
-    g.junction("J1", "ring")
-    g.bond("node", "ring")
-    g.bond("ring", "node")
+    g.draw("node : J0; ring : J1; node -> ring -> node")
     warnings = assign_causality(g.build()).warnings
     assert [w.code for w in warnings] == ["BG504", "BG507"]
     assert "`node`" in warnings[0].message

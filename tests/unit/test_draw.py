@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
-from graphs import GraphBuilder, rlc
+from graphs import drawn, rlc
 
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
@@ -32,12 +32,9 @@ def wide(graph: FlatGraph) -> FlatGraph:
 
 
 def pair() -> FlatGraph:
-    g = GraphBuilder()
-    g.source("Se", "supply[1]", g.node(1))
-    g.source("Se", "supply[2]", g.node(2))
+    g = drawn("supply[1] : Se(1); supply[2] : Se(2)")
     g.storage("I", "load", [[1, 0], [0, 2]])
-    g.bond("supply[1]", "load")
-    g.bond("supply[2]", "load")
+    g.draw("supply[1] -> load; supply[2] -> load")
     return g.build()
 
 
@@ -66,10 +63,7 @@ def test_scalar_bonds_of_an_array_stay_apart():
 
 
 def test_parts_of_parts_stand_in_their_boxes():
-    g = GraphBuilder()
-    g.source("Se", "crane.motor.supply", g.node(1))
-    g.storage("I", "crane.boom", 1)
-    g.bond("crane.motor.supply", "crane.boom")
+    g = drawn("crane.motor.supply : Se(1); crane.boom : I(1); crane.motor.supply -> crane.boom")
     text = to_dot(assign_causality(g.build()))
     assert 'subgraph "cluster_crane"' in text
     assert 'subgraph "cluster_crane.motor"' in text

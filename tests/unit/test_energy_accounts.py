@@ -39,8 +39,7 @@ def test_energy_without_a_closed_form_is_integrated() -> None:
     g.junction("J1", "body")
     q = g.next_state(Kind.DISPLACEMENT)
     g.storage("C", "spring", ExplicitLaw(Form.EFFORT, (g.dag.call(Op.SINH, q),)))
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
+    g.draw("mass : I(1); body -> spring, mass")
     program = program_of(g)
     assert [s.name for s in program.states] == ["spring.q", "mass.p", "spring.energy"]
     assert abs(energy_defect(program)) < 1e-8
@@ -53,8 +52,7 @@ def test_the_energy_of_a_piecewise_law_is_found() -> None:
     q = g.next_state(Kind.DISPLACEMENT)
     force = g.dag.add(g.dag.mul(g.node(2), q), g.dag.mul(g.dag.call(Op.ABS, q), q))
     g.storage("C", "spring", ExplicitLaw(Form.EFFORT, (force,)))
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
+    g.draw("mass : I(1); body -> spring, mass")
     program = program_of(g)
     assert len(program.states) == 2
     assert abs(energy_defect(program)) < 1e-8

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from dense import evaluate_at_random, largest_misfit, observe_everything
-from graphs import GraphBuilder, rlc
+from graphs import GraphBuilder, drawn, rlc
 from joints import chain_of_bodies
 from test_causality import chain, pendulum
 
@@ -88,12 +88,10 @@ def test_series_circuit() -> None:
 
 
 def test_parallel_circuit() -> None:
-    g = GraphBuilder()
-    g.junction("J0", "node")
-    g.storage("I", "coil", 1, p0=1)
-    g.storage("C", "capacitor", 1, q0=1)
-    g.resistor("resistor", 1)
-    g.fan("node", "coil", "capacitor", "resistor")
+    g = drawn(
+        "node : J0; coil : I(1, p0=1); capacitor : C(1, q0=1); resistor : R(1); "
+        "node -> coil, capacitor, resistor"
+    )
     program = program_of(g)
     assert text(program) == [
         "coil.p' = capacitor.q",
@@ -106,17 +104,11 @@ def test_motor_with_a_gyrator() -> None:
     g = GraphBuilder()
     for name, value in {"L": 0.5, "R": 1, "k": 0.01, "J": 0.01, "b": 0.1}.items():
         g.param(name, value)
-    g.source("Se", "supply", g.node(1))
-    g.junction("J1", "winding", "shaft")
-    g.storage("I", "coil", "L")
-    g.resistor("wire", "R")
-    g.gyrator("motor", "k")
-    g.storage("I", "rotor", "J")
-    g.resistor("bearing", "b")
-    g.bond("supply", "winding")
-    g.fan("winding", "coil", "wire", "motor")
-    g.bond("motor", "shaft")
-    g.fan("shaft", "rotor", "bearing")
+    g.draw(
+        "supply : Se(1); winding, shaft : J1; coil : I(L); wire : R(R); motor : GY(k); "
+        "rotor : I(J); bearing : R(b); supply -> winding -> coil, wire, motor; "
+        "motor -> shaft -> rotor, bearing"
+    )
     program = assert_solves_everything(g)
     assert [(s.name, s.kind) for s in program.states] == [
         ("coil.p", "momentum"),
@@ -132,14 +124,10 @@ def test_motor_with_a_gyrator() -> None:
 
 
 def two_masses(**initial: float) -> GraphBuilder:
-    g = GraphBuilder()
-    g.source("Se", "force", g.node(1))
-    g.junction("J1", "body")
+    g = drawn("force : Se(1); body : J1")
     g.storage("I", "m2", 2, **({"f0": initial["f0"]} if "f0" in initial else {}))
     g.storage("I", "m3", 3, **({"p0": initial["p0"]} if "p0" in initial else {}))
-    g.resistor("drag", 1)
-    g.bond("force", "body")
-    g.fan("body", "m2", "m3", "drag")
+    g.draw("drag : R(1); force -> body -> m2, m3, drag")
     return g
 
 
@@ -159,12 +147,7 @@ def test_initial_values_of_merged_masses_follow_what_is_given() -> None:
 
 
 def test_capacitors_in_parallel_share_their_charge() -> None:
-    g = GraphBuilder()
-    g.junction("J0", "node")
-    g.storage("C", "c1", 1, e0=3)
-    g.storage("C", "c2", 2)
-    g.resistor("leak", 1)
-    g.fan("node", "c1", "c2", "leak")
+    g = drawn("node : J0; c1 : C(1, e0=3); c2 : C(2); leak : R(1); node -> c1, c2, leak")
     program = assert_solves_everything(g)
     assert len(program.states) == 1
     assert initials(program) == {program.states[0].name: 9}
@@ -195,9 +178,7 @@ def test_inertias_that_do_not_add_up_to_a_regular_mass_are_refused() -> None:
     g = GraphBuilder()
     angle = g.state("angle", 0.5)
     g.derivative(angle, g.node(1))
-    g.junction("J0", "sum")
-    g.storage("I", "mass", 1)
-    g.bond("sum", "mass")
+    g.draw("sum : J0; mass : I(1); sum -> mass")
     for k, op in enumerate((Op.SIN, Op.COS)):
         g.junction("J1", f"arm{k}")
         g.source("Se", f"push{k}", g.node(1))
@@ -211,10 +192,7 @@ def test_inertias_that_do_not_add_up_to_a_regular_mass_are_refused() -> None:
 def test_a_source_on_a_mass_needs_its_rate_only_where_it_is_read() -> None:
     g = GraphBuilder()
     g.source("Sf", "drive", g.dag.call(Op.SIN, g.dag.symbol(Kind.TIME)))
-    g.junction("J1", "body")
-    g.storage("I", "mass", 2)
-    g.bond("drive", "body")
-    g.bond("body", "mass")
+    g.draw("body : J1; mass : I(2); drive -> body -> mass")
     program = assert_solves_everything(g)
     assert program.states == ()
 
@@ -222,10 +200,7 @@ def test_a_source_on_a_mass_needs_its_rate_only_where_it_is_read() -> None:
 def test_the_rate_of_a_device_is_not_known() -> None:
     g = GraphBuilder()
     g.source("Sf", "drive", g.dag.symbol(Kind.INPUT))
-    g.junction("J1", "body")
-    g.storage("I", "mass", 2)
-    g.bond("drive", "body")
-    g.bond("body", "mass")
+    g.draw("body : J1; mass : I(2); drive -> body -> mass")
     assert program_of(g).states == ()
     g.observe("force", g.effort(0))
     assert refusal(g) == ["BG522"]
@@ -235,31 +210,19 @@ def test_the_rate_of_a_device_is_not_known() -> None:
 
 
 def test_a_linear_loop_of_resistors_is_solved() -> None:
-    g = GraphBuilder()
-    g.source("Se", "supply", g.node(1))
-    g.junction("J1", "left", "right")
-    g.junction("J0", "node")
-    g.resistor("r1", 2)
-    g.resistor("r2", 3)
-    g.resistor("r3", 4)
-    g.storage("C", "c", 1)
-    g.bond("supply", "left")
-    g.fan("left", "r1", "node")
-    g.fan("node", "r2", "right")
-    g.fan("right", "r3", "c")
+    g = drawn(
+        "supply : Se(1); left, right : J1; node : J0; r1 : R(2); r2 : R(3); r3 : R(4); c : C(1); "
+        "supply -> left -> r1, node; node -> r2, right; right -> r3, c"
+    )
     assert assert_solves_everything(g).mass is None
 
 
 def diode(g: GraphBuilder) -> None:
     """A diode between a resistor and a capacitor: its current is only known implicitly."""
-    g.source("Se", "supply", g.node(1))
-    g.junction("J1", "loop")
-    g.resistor("wire", 1)
+    g.draw("supply : Se(1); loop : J1; wire : R(1)")
     current = g.dag.sub(g.dag.call(Op.EXP, g.effort(2)), g.dag.one)
     g.resistor("diode", ExplicitLaw(Form.FLOW, (current,)))
-    g.storage("C", "c", 1)
-    g.bond("supply", "loop")
-    g.fan("loop", "wire", "diode", "c")
+    g.draw("c : C(1); supply -> loop -> wire, diode, c")
 
 
 def test_a_nonlinear_loop_becomes_algebraic_states() -> None:
@@ -275,10 +238,7 @@ def test_a_nonlinear_loop_becomes_algebraic_states() -> None:
 def test_a_source_that_follows_its_own_flow_is_a_resistance() -> None:
     g = GraphBuilder()
     g.source("Se", "drop", g.dag.mul(g.node(-2), g.flow(0)))
-    g.junction("J1", "loop")
-    g.storage("C", "c", 1)
-    g.bond("drop", "loop")
-    g.bond("loop", "c")
+    g.draw("loop : J1; c : C(1); drop -> loop -> c")
     program = assert_solves_everything(g)
     assert text(program) == ["c.q' = -(c.q / 2)"]
 
@@ -286,11 +246,7 @@ def test_a_source_that_follows_its_own_flow_is_a_resistance() -> None:
 def test_a_feedback_that_cancels_a_resistance_has_no_solution() -> None:
     g = GraphBuilder()
     g.source("Se", "boost", g.dag.mul(g.node(2), g.flow(0)))
-    g.junction("J1", "loop")
-    g.resistor("r", 2)
-    g.storage("C", "c", 1)
-    g.bond("boost", "loop")
-    g.fan("loop", "r", "c")
+    g.draw("loop : J1; r : R(2); c : C(1); boost -> loop -> r, c")
     assert refusal(g) == ["BG520"]
 
 
@@ -305,8 +261,7 @@ def duffing() -> GraphBuilder:
     half, quarter = g.node(0.5), g.node(0.25)
     energy = g.dag.add(g.dag.mul(half, square), g.dag.mul(quarter, g.dag.mul(square, square)))
     g.storage("C", "spring", EnergyLaw(energy), q0=1)
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
+    g.draw("mass : I(1); body -> spring, mass")
     return g
 
 
@@ -326,9 +281,7 @@ def test_an_energy_of_momentum_and_charge_is_an_ic_field() -> None:
         g.dag.div(g.dag.mul(p, p), g.dag.mul(g.node(2), mass)), g.dag.call(Op.COS, q)
     )
     g.storage("IC", "arm", EnergyLaw(energy), q0=1, p0=2)
-    g.junction("J1", "joint")
-    g.resistor("friction", 3)
-    g.fan("joint", "arm", "friction")
+    g.draw("joint : J1; friction : R(3); joint -> arm, friction")
     program = program_of(g)
     assert [s.name for s in program.states] == ["arm.p", "arm.q"]
     at = {Symbol(Kind.STATE, 0): 2.0, Symbol(Kind.STATE, 1): 1.0}
@@ -354,8 +307,7 @@ def test_efforts_and_flows_at_the_start_are_converted() -> None:
     g = GraphBuilder()
     g.junction("J1", "body")
     g.storage("C", "spring", [[4]], Form.EFFORT, e0=8)
-    g.storage("I", "mass", 3, f0=2)
-    g.fan("body", "spring", "mass")
+    g.draw("mass : I(3, f0=2); body -> spring, mass")
     assert initials(program_of(g)) == {"spring.q": 2, "mass.p": 6}
 
 
@@ -364,8 +316,7 @@ def test_an_initial_effort_of_a_nonlinear_spring_is_converted() -> None:
     g.junction("J1", "body")
     q = g.next_state(Kind.DISPLACEMENT)
     g.storage("C", "spring", ExplicitLaw(Form.EFFORT, (g.dag.mul(q, g.dag.mul(q, q)),)), e0=8)
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
+    g.draw("mass : I(1); body -> spring, mass")
     assert initials(program_of(g))["spring.q"] == pytest.approx(2, rel=1e-14)
 
 
@@ -456,9 +407,7 @@ def test_a_ladder_of_resistors_stays_sparse() -> None:
         g.bond(f"a{k}", f"b{k}")
         if k:
             g.bond(f"b{k - 1}", f"a{k}")
-    g.source("Se", "supply", g.node(1))
-    g.bond("supply", "a0")
-    g.storage("C", "c", 1)
+    g.draw("supply : Se(1); supply -> a0; c : C(1)")
     g.bond(f"b{size - 1}", "c")
     program = program_of(g)
     assert node_count(program, [s.derivative for s in program.states]) < 20 * size

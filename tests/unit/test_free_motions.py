@@ -12,7 +12,7 @@ from dense import (
     pencil_degree,
     power_imbalance,
 )
-from graphs import GraphBuilder
+from graphs import GraphBuilder, drawn
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
@@ -132,8 +132,7 @@ def test_a_damper_field_lets_both_ends_move_together() -> None:
 
 def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
     g = constant_ring("CCC")
-    g.storage("C", "more", 7)
-    g.junction("J0", "beside")
+    g.draw("more : C(7); beside : J0")
     g.bonds[0] = ("n0", "beside", True)
     g.fan("beside", "C0", "more")
     assert pencil_degree(g.build()) == 2
@@ -143,10 +142,7 @@ def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
 
 def springs_side_by_side(*stiffness: float | list[list[int]]) -> GraphBuilder:
     """Springs, the last perhaps a field of two, on one effort, with a leak."""
-    g = GraphBuilder()
-    g.junction("J0", "node")
-    g.resistor("leak", 1)
-    g.bond("node", "leak")
+    g = drawn("node : J0; leak : R(1); node -> leak")
     for k, value in enumerate(stiffness):
         rows = value if isinstance(value, list) else [[value]]
         g.storage("C", f"c{k}", rows, Form.EFFORT)  # type: ignore[arg-type]
@@ -176,9 +172,7 @@ def test_a_lever_that_only_moduli_hold_is_refused(springs: int) -> None:
     g = GraphBuilder()
     angle = g.state("angle", 0.5)
     g.derivative(angle, g.dag.one)
-    g.source("Se", "push", g.node(3))
-    g.junction("J1", "lever")
-    g.bond("push", "lever")
+    g.draw("push : Se(3); lever : J1; push -> lever")
     for k in range(springs):
         g.transformer(f"t{k}", ((g.dag.call((Op.SIN, Op.COS)[k], angle),),))
         g.storage("C", f"spring{k}", k + 2)
@@ -220,8 +214,7 @@ def test_cubic_storage_in_parallel_is_merged_and_its_rates_are_known(kind: str) 
     for k in range(2):
         cubic(g, kind, f"x{k}", k + 1)
         g.bond("node", f"x{k}")
-    g.resistor("leak", 1)
-    g.bond("node", "leak")
+    g.draw("leak : R(1); node -> leak")
     program = assert_solves_everything(g)
     assert [s.name for s in program.states if s.kind != "algebraic"] == [
         "node.q" if kind == "C" else "node.p"
@@ -232,8 +225,7 @@ def test_a_dependent_inertia_that_is_not_symmetric_is_refused() -> None:
     g = GraphBuilder()
     g.junction("J1", "body")
     g.storage("I", "odd", [[2, 1], [0, 3]])
-    g.storage("I", "mass", 1)
-    g.fan("body", "odd", "odd", "mass")
+    g.draw("mass : I(1); body -> odd, odd, mass")
     with pytest.raises(BgError) as caught:
         program_of(g)
     (diagnostic,) = caught.value.diagnostics
@@ -306,8 +298,7 @@ def springs_in_parallel(**initial: float) -> GraphBuilder:
     cubic = ExplicitLaw(Form.EFFORT, (g.dag.mul(q, g.dag.mul(q, q)),))
     g.storage("C", "cubic", cubic, **({"q0": initial["cubic"]} if "cubic" in initial else {}))
     g.storage("C", "plain", 2, **({"q0": initial["plain"]} if "plain" in initial else {}))
-    g.resistor("leak", 1)
-    g.fan("node", "cubic", "plain", "leak")
+    g.draw("leak : R(1); node -> cubic, plain, leak")
     return g
 
 
@@ -340,8 +331,7 @@ def prescribed(kind: str, value: str) -> GraphBuilder:
     g.junction("J0" if kind == "C" else "J1", "node")
     g.storage(kind, "one", 2)
     g.storage(kind, "two", 1)
-    g.bond("drive", "node")
-    g.fan("node", "one", "two")
+    g.draw("drive -> node -> one, two")
     return g
 
 
@@ -383,20 +373,14 @@ def solenoid(g: GraphBuilder) -> None:
 def test_an_ic_of_an_inertia_and_a_compliance_merges_by_port(joined: str) -> None:
     g = GraphBuilder()
     solenoid(g)
-    g.junction("J1", "winding")
-    g.junction("J0", "armature")
-    g.bond("winding", "coil")
-    g.bond("armature", "coil")
-    g.resistor("wire", 1)
-    g.bond("winding", "wire")
-    g.resistor("friction", 3)
-    g.bond("armature", "friction")
+    g.draw(
+        "winding : J1; armature : J0; winding -> coil; armature -> coil; wire : R(1); "
+        "winding -> wire; friction : R(3); armature -> friction"
+    )
     if joined in ("inertia", "both"):
-        g.storage("I", "leakage", 0.5)
-        g.bond("winding", "leakage")
+        g.draw("leakage : I(0.5); winding -> leakage")
     if joined in ("compliance", "both"):
-        g.storage("C", "spring", 2)
-        g.bond("armature", "spring")
+        g.draw("spring : C(2); armature -> spring")
     g.accounts = ("residual",)
     observe_everything(g)
     program = program_of(g)
@@ -410,9 +394,7 @@ def test_an_ic_of_an_inertia_and_a_compliance_merges_by_port(joined: str) -> Non
 def test_a_momentum_that_an_energy_does_not_hold_cannot_be_observed() -> None:
     g = GraphBuilder()
     solenoid(g)
-    g.junction("J1", "winding", "armature")
-    g.bond("winding", "coil")
-    g.bond("armature", "coil")
+    g.draw("winding, armature : J1; winding -> coil; armature -> coil")
     g.observe("p", g.p("coil", 1))
     assert refusal(g) == ["BG518"]
 
