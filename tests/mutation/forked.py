@@ -71,7 +71,7 @@ class _Notes:
 
 def run(work: Path, files: Sequence[str], left_out: Sequence[str], limit: float,
         stop: bool = True) -> Outcome:  # fmt: skip
-    """Run files of tests, or single tests, in a fork; `left_out` are names of tests.
+    """Run the quick tests of files, or single tests, in a fork; `left_out` are names of tests.
 
     `limit` is in s of processor time, of which the clock may take ten times as much.
     """
@@ -80,7 +80,8 @@ def run(work: Path, files: Sequence[str], left_out: Sequence[str], limit: float,
     noted.unlink(missing_ok=True)
     child = os.fork()
     if child == 0:
-        _child(work, [*files, *(f"--deselect={name}" for name in left_out)], limit, stop)
+        chosen = [] if any("::" in file for file in files) else ["-m", "not slow"]
+        _child(work, [*files, *chosen, *(f"--deselect={name}" for name in left_out)], limit, stop)
     with contextlib.suppress(OSError):
         os.setpgid(child, child)
     code = _await(child, begun + 10.0 * limit)

@@ -12,6 +12,7 @@ _KINDS = ("turns", "turns", "turns", "slides", "swings", "fixed", "clamped")
 _BASES = ("ground", "ground", "free", "body", "vessel")
 # Angles of mounts in radians: none, one as exact as eleven digits, or any.
 _ANGLES = ("0", "0", "1.57079632679", "-1.57079632679", "3.14159265359", "0.3", "any")
+NOTHING_ALIGNED = tuple(round(0.1 * k, 1) for k in range(-1800, 1800))  # degrees
 _MASS, _INERTIA = 40.0, (9.0, 11.0, 13.0)  # of a base that floats
 
 
@@ -40,10 +41,11 @@ class MountedArm:
         return np.append(rotation.T @ [0, 0, _MASS * gravity * rests], np.zeros(3))
 
 
-def mounted_arm(seed: int, bodies: int, base: str = "") -> MountedArm:
+def mounted_arm(seed: int, bodies: int, base: str = "", angles: Sequence[float] = ()) -> MountedArm:
     """Bodies on a base, most axes along x, y or z, offsets with zeros among them.
 
-    Mounts are absent, turned about an axis, by quarters written in eleven digits, or general.
+    Mounts are absent, turned about an axis, by quarters written in eleven digits, or general; with
+    `angles`, in degrees, all are turned by three of these.
     """
     rng = np.random.default_rng(seed)
     base = base or str(rng.choice(_BASES))
@@ -59,7 +61,7 @@ def mounted_arm(seed: int, bodies: int, base: str = "") -> MountedArm:
         parent = int(rng.integers(max(0, k - 2), k)) if k else -1
         kind = str(rng.choice(_KINDS if k else _KINDS[:5]))
         axis, axis_text = _axis(rng)
-        turns, turns_text = _turns(rng)
+        turns, turns_text = _turns(rng, angles)
         origin = _vector(rng)
         centre = _vector(rng)
         mass = round(float(rng.uniform(1, 20)), 3)
@@ -129,8 +131,11 @@ def _axis(rng: np.random.Generator) -> tuple[np.ndarray, str]:
     return axis, f"{_list(axis)}/norm({_list(axis)})"
 
 
-def _turns(rng: np.random.Generator) -> tuple[np.ndarray, list[str]]:
-    """Roll, pitch and yaw in degrees, and as text in radians."""
+def _turns(rng: np.random.Generator, angles: Sequence[float]) -> tuple[np.ndarray, list[str]]:
+    """Roll, pitch and yaw in degrees, and as text: of `angles`, in degrees, or in radians."""
+    if angles:
+        drawn = rng.choice(angles, 3)
+        return drawn, [f"{x} deg" if x else "0" for x in drawn]
     texts = [str(rng.choice(_ANGLES)) for _ in range(3)]
     texts = [str(round(float(rng.uniform(-3, 3)), 11)) if t == "any" else t for t in texts]
     return np.degrees([float(t) for t in texts]), texts

@@ -19,8 +19,8 @@ from chains import (
     operations,
     solved_in_f,
 )
+from mounted_arms import NOTHING_ALIGNED, mounted_arm
 from numpy.typing import NDArray
-from random_arms import random_arm
 
 import bgc
 from bgc.algebra.dag import Kind, Symbol
@@ -35,8 +35,8 @@ ON_A_VESSEL = "hull : FreeBody(mass = 500 kg, inertia = 300*eye(3)); ground : J1
 MECHANISMS = {
     "arm on a vessel": chain(5, base=ON_A_VESSEL),
     "tree": chain(7, binary),
-    "skew, floating": random_arm(2, 6).source,
-    "aligned, floating": random_arm(3, 6, angles=(0, 90)).source,
+    "skew, floating": mounted_arm(2, 6, "free", NOTHING_ALIGNED).source,
+    "aligned, floating": mounted_arm(3, 6, "free", (0, 90)).source,
 }
 
 
