@@ -1,9 +1,5 @@
-import inspect
-import pkgutil
 import re
 from collections import Counter
-from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 
 import click
@@ -12,7 +8,6 @@ from manual import chapter_files
 
 from bgc.diagnostics import catalogue
 from bgc.diagnostics.catalogue.pages import find_page, pages
-from bgc.grammar.words import WORDS
 from bgc.reference.codes import GROUP
 from bgc.reference.entry import Text
 from bgc.runtime.cli.app import application
@@ -33,28 +28,6 @@ def test_each_part_of_a_page_is_a_paragraph():
         assert [s for s in starts if s in ("What", "Why", "Example", "Way out")] == [
             "What", "Why", "Example", "Way out",
         ], code  # fmt: skip
-
-
-def test_pages_do_not_name_the_parameters_of_their_constructors():
-    for code, constructor in constructors().items():
-        page = inspect.getdoc(constructor) or ""
-        internal = {*inspect.signature(constructor).parameters} - {
-            *WORDS,
-            "lag",
-            "step",
-            "substeps",
-        }
-        assert [name for name in internal if f"`{name}`" in page] == [], code
-
-
-def constructors() -> dict[str, Callable[..., object]]:
-    modules = (
-        import_module(f"{catalogue.__name__}.{found.name}")
-        for found in pkgutil.iter_modules(catalogue.__path__)
-    )
-    functions = (f for m in modules for _, f in inspect.getmembers(m, inspect.isfunction))
-    found = ((inspect.getdoc(function) or "", function) for function in functions)
-    return {page[:5]: function for page, function in found if re.match(r"BG\d{3}: ", page)}
 
 
 def texts_that_name_commands() -> list[Path]:
@@ -105,11 +78,6 @@ def test_every_code_is_expected_by_a_test():
     files.remove(Path(__file__))
     expected = codes_in(files, r"""(?:["'\[]|error: |warning: )(BG\d{3})""")
     assert sorted(pages().keys() - expected) == []
-
-
-def test_every_code_that_a_constructor_gives_has_its_page():
-    topics = Path(catalogue.__file__).parent.glob("*.py")
-    assert sorted(codes_in(topics, r'"(BG\d{3})"') - pages().keys()) == []
 
 
 @pytest.mark.parametrize("code", ["BG055", "bg055"])

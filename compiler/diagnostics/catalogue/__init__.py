@@ -1,148 +1,37 @@
-"""Every diagnostic of the compiler, one constructor function each, by topic.
+"""Every diagnostic of the compiler, by topic: a row in Python, and its page in Markdown.
 
-`laws.md` holds the pages of `laws.py`: below the heading `## CODE: title` the paragraphs What, Why,
-Example and Way out, which `bgc doc CODE` prints. A message is lower case, without a full stop, and
-in the user's terms; `help` is the way out, an imperative.
+`laws.md` holds the pages of the rows in `laws.py`: below the heading `## CODE: title` the
+paragraphs What, Why, Example and Way out, which `bgc doc CODE` prints. A message is lower case,
+without a full stop, and in the user's terms; `help` is the way out, an imperative.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
-
-from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label, Severity
-from bgc.diagnostics.source import Span
-
-# Words, then numbers; shorter names of elements are spelled by their letters.
-_AFTER_AN = re.compile(
-    r"(?=\w*[a-z]{2})(?!(?i:uni|use|eu|one))[AEIOUaeiou]|8|1[18]\b|(?!\w*[a-z]{2})[AEFHILMNORSX]"
+from bgc.diagnostics.row import Values, error, info, warning
+from bgc.diagnostics.words import (
+    counted,
+    did_you_mean,
+    either,
+    listed,
+    nearest,
+    quoted,
+    respelt,
+    underlined,
+    with_article,
 )
-_COMPARED = 1_000  # candidates for a name that was misspelt
-_UNDERLINED = 4  # labels shown at each end of a longer list
 
-
-def error(
-    code: str,
-    message: str,
-    span: Span | None = None,
-    note: str = "",
-    labels: Sequence[Label] = (),
-    help: str = "",
-    edits: Sequence[Edit] = (),
-) -> Diagnostic:
-    """Make a diagnostic that ends the compilation."""
-    return Diagnostic(code, Severity.ERROR, message, span, note, tuple(labels), help, tuple(edits))
-
-
-def warning(
-    code: str,
-    message: str,
-    span: Span | None = None,
-    note: str = "",
-    labels: Sequence[Label] = (),
-    help: str = "",
-    edits: Sequence[Edit] = (),
-) -> Diagnostic:
-    """Make a diagnostic that does not end the compilation."""
-    return Diagnostic(
-        code, Severity.WARNING, message, span, note, tuple(labels), help, tuple(edits)
-    )
-
-
-def info(
-    code: str,
-    message: str,
-    span: Span | None = None,
-    note: str = "",
-    labels: Sequence[Label] = (),
-    help: str = "",
-    edits: Sequence[Edit] = (),
-) -> Diagnostic:
-    """Make a diagnostic that reports a fact, and is not a warning in strict mode either."""
-    return Diagnostic(code, Severity.INFO, message, span, note, tuple(labels), help, tuple(edits))
-
-
-def listed(names: Sequence[str], limit: int = 8) -> str:
-    """Join names: `a`, `b` and `c`; a long list is cut after `limit` names."""
-    shown = [f"`{name}`" for name in names[:limit]]
-    if len(names) > limit:
-        return f"{', '.join(shown)} and {len(names) - limit} more"
-    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
-
-
-def counted(number: int, noun: str) -> str:
-    """A number with its noun: `1 run`, `1,200 runs`."""
-    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
-
-
-def with_article(kind: str) -> str:
-    """Put `a` or `an` before a kind, as spoken: `an Se`, `a C`, `an Arm`, `an 8 x 3 ..`."""
-    return f"an {kind}" if _AFTER_AN.match(kind) else f"a {kind}"
-
-
-def underlined(labels: Iterable[Label]) -> list[Label]:
-    """Merge labels on the same place; keep the first and last ones of more than eight.
-
-    Parts that share a declaration put several labels on one place; these become one label.
-    """
-    texts: dict[tuple[str, int, int], list[Label]] = {}
-    for label in labels:
-        place = (label.span.source.name, label.span.start, label.span.end)
-        texts.setdefault(place, []).append(label)
-    gathered = [_together(found) for found in texts.values()]
-    if len(gathered) > 2 * _UNDERLINED:
-        head, tail = gathered[:_UNDERLINED], gathered[-_UNDERLINED:]
-        hidden = len(gathered) - 2 * _UNDERLINED
-        head[-1] = Label(head[-1].span, f"{head[-1].text}; {hidden} more follow")
-        gathered = head + tail
-    return gathered
-
-
-def _together(labels: Sequence[Label]) -> Label:
-    different = list(dict.fromkeys(label.text for label in labels))
-    more = f", and so on for {len(different) - 1} more" if len(different) > 2 else ""
-    shown = different[:1] if more else different
-    return Label(labels[0].span, "; ".join(shown) + more)
-
-
-def did_you_mean(name: str, candidates: Iterable[str]) -> str:
-    """Return a help text with up to three candidates close to `name`, or an empty text.
-
-    The closest comes first; letter case is ignored.
-    """
-    near = _near(name, candidates)
-    if not near:
-        return ""
-    *first, last = (f"`{candidate}`" for candidate in near)
-    return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"
-
-
-def respelt(span: Span, name: str, candidates: Iterable[str]) -> list[Edit]:
-    """Return the edits that put the candidates of `did_you_mean` in the place of `name`.
-
-    The name is the span, or stands at one of its ends, as in a path or an argument.
-    """
-    if span.text.endswith(name):
-        place = Span(span.source, span.end - len(name), span.end)
-    elif span.text.startswith(name):
-        place = Span(span.source, span.start, span.start + len(name))
-    else:
-        return []
-    return [Edit(place, candidate) for candidate in _near(name, candidates)]
-
-
-def _near(name: str, candidates: Iterable[str]) -> list[str]:
-    by_folded: dict[str, str] = {}
-    for candidate in candidates:
-        if candidate != name:
-            by_folded.setdefault(candidate.casefold(), candidate)
-    if len(by_folded) > _COMPARED:  # each comparison takes microseconds
-        length, letter = len(name), name[:1].casefold()
-        alike = [n for n in by_folded if n[:1] == letter and abs(len(n) - length) < 3]
-        by_folded = {n: by_folded[n] for n in alike[:_COMPARED]}
-    near = get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)
-    # Letters in another order leave little of a short name for the comparison: RCL for RLC.
-    letters = sorted(name.casefold())
-    anagrams = [n for n in by_folded if len(n) > 2 and n not in near and sorted(n) == letters]
-    return [by_folded[folded] for folded in (*near, *anagrams)][:3]
+__all__ = [
+    "Values",
+    "counted",
+    "did_you_mean",
+    "either",
+    "error",
+    "info",
+    "listed",
+    "nearest",
+    "quoted",
+    "respelt",
+    "underlined",
+    "warning",
+    "with_article",
+]

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import error
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.catalogue import Values, error
 
 
-def solver_not_installed(solver: str, suite: str, packages: str, output: str) -> Diagnostic:
-    """BG046: an external solver that is not installed"""
+@error(
+    "BG046",
+    "solver `{solver}` needs {suite}, which the C compiler did not find",
+    "install it (`apt-get install {packages}` on Debian and Ubuntu), or use `solver rodas5p`",
+)
+def solver_not_installed(solver: str, suite: str, packages: str, output: str) -> Values:
     complaint = next((line for line in output.splitlines() if "error" in line), "")
-    return error(
-        "BG046",
-        f"solver `{solver}` needs {suite}, which the C compiler did not find",
-        note=complaint.strip(),
-        help=f"install it (`apt-get install {packages}` on Debian and Ubuntu), or use `solver "
-        "rodas5p`",
-    )
+    return {"note": complaint.strip()}
 
 
-def solver_does_not_serve(solver: str, reason: str) -> Diagnostic:
-    """BG047: a model that an external solver cannot integrate"""
-    return error(
-        "BG047",
-        f"solver `{solver}` cannot integrate this model: {reason}",
-        help="use a built-in method, for example `solver rodas5p`",
-    )
+@error(
+    "BG047",
+    "solver `{solver}` cannot integrate this model: {reason}",
+    "use a built-in method, for example `solver rodas5p`",
+)
+def solver_does_not_serve(solver: str, reason: str) -> None: ...

@@ -2,65 +2,41 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import error
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.catalogue import Values, error
 
 
-def uneven_values(name: str, count: int, other: str, expected: int) -> Diagnostic:
-    """BG740: an ensemble with unequal numbers of values"""
-    return error(
-        "BG740",
-        f"`{name}` has {_values(count)} and `{other}` {_values(expected)}",
-        help="give one value for each instance, or a single number for all",
-    )
+@error(
+    "BG740",
+    "`{name}` has {count:counted value} and `{other}` {expected:counted value}",
+    "give one value for each instance, or a single number for all",
+)
+def uneven_values(name: str, count: int, other: str, expected: int) -> None: ...
+@error(
+    "BG741",
+    "there are no parameter sets to simulate",
+    "give at least one: `simulate_many([{}])` runs the model unchanged",
+)
+def no_instances() -> None: ...
+@error(
+    "BG742",
+    "`{path}` has changed since this model was compiled",
+    "compile it again: `model = bgc.compile(path)`",
+)
+def source_changed(path: str) -> None: ...
+@error(
+    "BG743",
+    "`{text}` is not {form}",
+    'write `"boom.mass=5..9 t:20"`, or values, `"boom.mass=5, 7, 9 t"`',
+)
+def bad_range(text: str, reason: str = "") -> Values:
+    return {"form": f"a range: {reason}" if reason else "of the form name=low..high unit:count"}
 
 
-def no_instances() -> Diagnostic:
-    """BG741: an ensemble without instances"""
-    return error(
-        "BG741",
-        "there are no parameter sets to simulate",
-        help="give at least one: `simulate_many([{}])` runs the model unchanged",
-    )
-
-
-def source_changed(path: str) -> Diagnostic:
-    """BG742: the file has changed since the model was compiled"""
-    return error(
-        "BG742",
-        f"`{path}` has changed since this model was compiled",
-        help="compile it again: `model = bgc.compile(path)`",
-    )
-
-
-def bad_range(text: str, reason: str = "") -> Diagnostic:
-    """BG743: text that gives no values of a parameter"""
-    return error(
-        "BG743",
-        f"`{text}` is not a range: {reason}"
-        if reason
-        else f"`{text}` is not of the form name=low..high unit:count",
-        help='write `"boom.mass=5..9 t:20"`, or values, `"boom.mass=5, 7, 9 t"`',
-    )
-
-
-def varied_twice(name: str) -> Diagnostic:
-    """BG744: a parameter that is varied twice"""
-    return error(
-        "BG744",
-        f"`{name}` is varied twice",
-        help="give one range for it, or run two sweeps",
-    )
-
-
-def too_many_instances(count: int, most: int) -> Diagnostic:
-    """BG745: too many instances in one sweep"""
-    return error(
-        "BG745",
-        f"{count:,} instances exceed the limit of {most:,} in one sweep",
-        help="use `--sample 1000` to spread points over the ranges, or give smaller counts",
-    )
-
-
-def _values(count: int) -> str:
-    return "1 value" if count == 1 else f"{count} values"
+@error("BG744", "`{name}` is varied twice", "give one range for it, or run two sweeps")
+def varied_twice(name: str) -> None: ...
+@error(
+    "BG745",
+    "{count:,} instances exceed the limit of {most:,} in one sweep",
+    "use `--sample 1000` to spread points over the ranges, or give smaller counts",
+)
+def too_many_instances(count: int, most: int) -> None: ...

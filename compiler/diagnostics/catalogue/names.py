@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error, respelt, with_article
-from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label
+from bgc.diagnostics.catalogue import Values, did_you_mean, error, nearest, quoted, respelt
+from bgc.diagnostics.diagnostic import Edit
 from bgc.diagnostics.source import Source, Span
 
 _IMPORT = re.compile(r"^(?=import\b)", re.MULTILINE)
@@ -15,10 +15,8 @@ _AFTER_COMMENTS = re.compile(r"\ufeff?(?:[ \t]*//(?!/)[^\n]*\n)*(?:[ \t]*\n)*")
 # --- declarations -----------------------------------------------------------------------
 
 
-def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
-    """BG200: a name declared twice"""
-    labels = [Label(first, "first declared here")] if first else []
-    return error("BG200", f"`{name}` is declared twice", span, labels=labels, help="rename one")
+@error("BG200", "`{name}` is declared twice", "rename one", labels={"first": "first declared here"})
+def duplicate_name(span: Span, name: str, first: Span | None) -> None: ...
 
 
 def import_place(source: Source) -> Span:
@@ -31,14 +29,18 @@ def import_place(source: Source) -> Span:
     return Span(source, at, at)
 
 
+@error(
+    "BG201",
+    "there is no element, model or interface called `{name}`",
+    "import the file that declares it",
+)
 def unknown_type(
     span: Span,
     name: str,
     candidates: Iterable[str],
     library: str | None = None,
     advice: str = "",
-) -> Diagnostic:
-    """BG201: a type that is not declared"""
+) -> Values:
     # `advice` is that for a word of a textbook or of another tool, such as OneJunction.
     candidates = list(candidates)
     near = did_you_mean(name, candidates)
@@ -48,242 +50,166 @@ def unknown_type(
         if advice:
             near = f"{advice}; or import the library's `{name}`: `import {library};`"
         edits = [Edit(import_place(span.source), f"import {library};\n")]
-    return error(
-        "BG201",
-        f"there is no element, model or interface called `{name}`",
-        span,
-        help=near or advice or "import the file that declares it",
-        edits=edits,
-    )
+    return {"help": near or advice, "edits": edits}
 
 
+@error("BG202", "there is no domain called `{name}`", "{there}")
 def unknown_domain(
     span: Span, name: str, candidates: Iterable[str], library: Mapping[str, str]
-) -> Diagnostic:
-    """BG202: a domain that is not declared"""
-    candidates = list(candidates)
-    help, edits = did_you_mean(name, candidates), respelt(span, name, candidates)
+) -> Values:
     if name in library:
         statement = f"import {library[name]};"
-        help = f"import it from the library: `{statement}`"
         edits = [Edit(import_place(span.source), f"{statement}\n")]
-    elif not help:
-        known = [each for each, module in library.items() if not module.startswith("examples.")]
-        listed = ", ".join(f"`{each}`" for each in sorted(known))
-        help = f"the library has {listed}; import the file that declares it, or omit the domain"
-    return error("BG202", f"there is no domain called `{name}`", span, help=help, edits=edits)
+        return {"there": f"import it from the library: `{statement}`", "edits": edits}
+    known = sorted(each for each, at in library.items() if not at.startswith("examples."))
+    there = f"the library has {quoted(known)}; import the file that declares it, or omit the domain"
+    return {"there": there, **nearest(name, candidates, span)}
 
 
-def not_a_model(span: Span, name: str, what: str) -> Diagnostic:
-    """BG203: something other than a model where a model is needed"""
-    return error("BG203", f"`{name}` is {what}, not a model", span, help="name a model")
+@error("BG203", "`{name}` is {what}, not a model", "name a model")
+def not_a_model(span: Span, name: str, what: str) -> None: ...
+@error("BG204", "a model extends itself: {line}", "remove one `is`")
+def inheritance_cycle(span: Span, names: Sequence[str]) -> Values:
+    return {"line": " is ".join(names)}
 
 
-def inheritance_cycle(span: Span, names: Sequence[str]) -> Diagnostic:
-    """BG204: a model that extends itself"""
-    return error(
-        "BG204", f"a model extends itself: {' is '.join(names)}", span, help="remove one `is`"
-    )
-
-
-def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
-    """BG205: a model that contains itself endlessly"""
-    return error(
-        "BG205",
-        f"`{name}` contains itself, {depth} levels deep",
-        span,
-        note=f"in `{path}..`",
-        help="end the nesting by a dimension and `if n > 1 { .. }`, or use `for`",
-    )
-
-
-def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> Diagnostic:
-    """BG206: the wrong number of dimensions"""
-    return error(
-        "BG206",
-        f"`{name}` takes {expected}, not {given}",
-        span,
-        help="give as many dimensions in brackets as its declaration has",
-    )
-
-
-def name_of_element(span: Span, name: str) -> Diagnostic:
-    """BG207: a model with the name of an element"""
-    return error(
-        "BG207", f"`{name}` is the name of an element", span, help="give the model another name"
-    )
+@error(
+    "BG205",
+    "`{name}` contains itself, {depth} levels deep",
+    "end the nesting by a dimension and `if n > 1 { .. }`, or use `for`",
+    note="in `{path}..`",
+)
+def contains_itself(span: Span, name: str, path: str, depth: int) -> None: ...
+@error(
+    "BG206",
+    "`{name}` takes {expected}, not {given}",
+    "give as many dimensions in brackets as its declaration has",
+)
+def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> None: ...
+@error("BG207", "`{name}` is the name of an element", "give the model another name")
+def name_of_element(span: Span, name: str) -> None: ...
 
 
 # --- names in expressions and paths -----------------------------------------------------
 
 
-def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG210: a part, value or port that does not exist"""
-    candidates = list(candidates)
-    listing = ", ".join(f"`{c}`" for c in candidates[:12])
-    near = did_you_mean(name, candidates) or (
-        f"use one of its members: {listing}" if listing else "remove it: there are no members"
-    )
-    edits = respelt(span, name, candidates)
-    return error("BG210", f"{owner} has no `{name}`", span, help=near, edits=edits)
+@error("BG210", "{owner} has no `{name}`", "{there}")
+def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Values:
+    names = list(candidates)
+    there = f"use one of its members: {quoted(names[:12])}"
+    if not names:
+        there = "remove it: there are no members"
+    return {"there": there, **nearest(name, names, span)}
 
 
+@error(
+    "BG211", "there is no `{name}` here", "declare it, or give its path, for example `boom.mass`"
+)
 def unknown_name(
     span: Span, name: str, candidates: Iterable[str], advice: str = "", otherwise: str = ""
-) -> Diagnostic:
-    """BG211: a name that is not declared"""
+) -> Values:
     # `advice` is given instead of a similar name, `otherwise` where there is no similar name.
-    candidates = list(candidates)
-    near = did_you_mean(name, candidates)
-    way_out = advice or near or otherwise
-    way_out = way_out or "declare it, or give its path, for example `boom.mass`"
-    edits = [] if advice else respelt(span, name, candidates)
-    return error("BG211", f"there is no `{name}` here", span, help=way_out, edits=edits)
+    near = {"help": advice} if advice else nearest(name, candidates, span)
+    return {**near, "help": near["help"] or otherwise}
 
 
-def part_by_equals(span: Span, name: str, type_name: str) -> Diagnostic:
-    """BG241: a part declared with `=`"""
-    return error("BG241", f"the part `{name}` is declared with `=`", span,
-                 help=f"write `{name} : {type_name}(..);`")  # fmt: skip
+@error("BG241", "the part `{name}` is declared with `=`", "write `{name} : {type_name}(..);`")
+def part_by_equals(span: Span, name: str, type_name: str) -> None: ...
+@error(
+    "BG212",
+    "`{name}[{at}]` does not exist: `{name}` has {have}",
+    "use an index of the array: the first is 1; to make several parts use `for`, which "
+    "includes both ends: `for i in 1..4 { mass[i] : I(m); }`",
+)
+def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Values:
+    return {"at": ", ".join(map(str, index))}
 
 
-def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Diagnostic:
-    """BG212: an index that an array does not have"""
-    at = ", ".join(str(i) for i in index)
-    return error("BG212", f"`{name}[{at}]` does not exist: `{name}` has {have}", span,
-                 help="use an index of the array: the first is 1; to make several parts use `for`, "
-                 "which includes both ends: `for i in 1..4 { mass[i] : I(m); }`")  # fmt: skip
-
-
-def needs_index(span: Span, name: str, have: str) -> Diagnostic:
-    """BG213: an array of parts where one part is needed"""
-    return error("BG213", f"`{name}` needs an index: it is {have}", span, help=f"write `{name}[1]`")
-
-
-def defined_by_itself(span: Span, names: Sequence[str]) -> Diagnostic:
-    """BG214: a value that is defined in terms of itself"""
-    return error(
-        "BG214",
-        f"a value is defined by itself: {' -> '.join(names)}",
-        span,
-        help="make one of them a `state`, or an `unknown` with an `equation`",
-    )
-
-
-def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Diagnostic:
-    """BG218: a value that is not given"""
-    way = {
-        "param": f"give it where the part is made: `({name} = ..)`, or write a default",
-        "const": f"give it where the part is made: `({name} = ..)`, or write its value",
-        "input": f"give it where the part is made: `({name} = ..)`, by `drive` in a scene, "
-        "or write a default",
+@error("BG213", "`{name}` needs an index: it is {have}", "write `{name}[1]`")
+def needs_index(span: Span, name: str, have: str) -> None: ...
+@error(
+    "BG214",
+    "a value is defined by itself: {names:path}",
+    "make one of them a `state`, or an `unknown` with an `equation`",
+)
+def defined_by_itself(span: Span, names: Sequence[str]) -> None: ...
+@error("BG218", "{kind} `{name}` has no value", labels={"asked": "declared here"})
+def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Values:
+    given = f"give it where the part is made: `({name} = ..)`"
+    ways = {
+        "param": f"{given}, or write a default",
+        "const": f"{given}, or write its value",
+        "input": f"{given}, by `drive` in a scene, or write a default",
         "output": f"write `{name} = ..;` in the model",
         "signal": f"write `{name} = ..;` in the model",
-    }.get(kind, f"write `{kind} {name} = ..;`")
-    labels = [Label(asked, "declared here")] if asked else []
-    return error("BG218", f"{kind} `{name}` has no value", span, labels=labels, help=way)
+    }
+    return {"help": ways.get(kind, f"write `{kind} {name} = ..;`")}
 
 
-def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
-    """BG220: a value given twice"""
-    return error(
-        "BG220",
-        f"`{name}` is given twice",
-        span,
-        labels=[Label(first, "first given here")],
-        help="remove one of them",
-    )
+@error(
+    "BG220", "`{name}` is given twice", "remove one of them", labels={"first": "first given here"}
+)
+def given_twice(span: Span, name: str, first: Span) -> None: ...
 
 
 # --- arguments --------------------------------------------------------------------------
 
 
+@error("BG230", "{owner} takes no argument `{name}`", "{there}")
 def unknown_argument(
     span: Span, name: str, owner: str, candidates: Iterable[str], advice: str = ""
-) -> Diagnostic:
-    """BG230: an argument that the type does not have"""
-    candidates = list(candidates)
-    near = did_you_mean(name, candidates)
-    listing = ", ".join(f"`{c}`" for c in candidates[:12])
-    return error(
-        "BG230",
-        f"{owner} takes no argument `{name}`",
-        span,
-        help=advice
-        or near
-        or (
-            f"use one of its arguments: {listing}"
-            if listing
-            else "remove it: it takes no arguments"
-        ),
-        edits=respelt(span, name, candidates),
-    )
+) -> Values:
+    names = list(candidates)
+    there = f"use one of its arguments: {quoted(names[:12])}"
+    if not names:
+        there = "remove it: it takes no arguments"
+    near = nearest(name, names, span)
+    return {"there": there, **near, "help": advice or near["help"]}
 
 
-def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG231: an argument for something that cannot be given"""
-    candidates = list(candidates)
-    return error(
-        "BG231",
-        f"`{name}` is {with_article(kind)} of the model and cannot be given from outside",
-        span,
-        help=did_you_mean(name, candidates)
-        or "declare a `param` in the model and use it there; only a param, const, input or slot "
-        "can be given",
-        edits=respelt(span, name, candidates),
-    )
+@error(
+    "BG231",
+    "`{name}` is {kind:an} of the model and cannot be given from outside",
+    "declare a `param` in the model and use it there; only a param, const, input or slot "
+    "can be given",
+)
+def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str]) -> Values:
+    return nearest(name, candidates, span)
 
 
+@error(
+    "BG266",
+    "`{name}` must be {expected} as its default is, not {found}",
+    "give a value in the unit of the default, or a number alone in SI units",
+    labels={"default": "the default"},
+)
 def replaces_other_unit(
     span: Span, name: str, expected: str, found: str, default: Span
-) -> Diagnostic:
-    """BG266: a value whose unit does not measure the quantity of the default"""
-    return error(
-        "BG266",
-        f"`{name}` must be {expected} as its default is, not {found}",
-        span,
-        labels=[Label(default, "the default")],
-        help="give a value in the unit of the default, or a number alone in SI units",
-    )
+) -> None: ...
+@error(
+    "BG232", "the arguments of {owner} must be given by name", "remove it: it takes no arguments"
+)
+def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Values:
+    names = quoted(f"{name} = .." for name in list(candidates)[:6])
+    return {"help": f"write the name: {names}" if names else ""}
 
 
-def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG232: an argument without its name"""
-    names = [f"`{c} = ..`" for c in list(candidates)[:6]]
-    return error(
-        "BG232",
-        f"the arguments of {owner} must be given by name",
-        span,
-        help=f"write the name: {', '.join(names)}" if names else "remove it: it takes no arguments",
-    )
-
-
-def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
-    """BG238: a declaration that is not allowed in a `for`"""
-    return error(
-        "BG238",
-        f"{with_article(kind)} cannot be declared inside `for`",
-        span,
-        help="declare it before the loop with a dimension, as `state x[3] = 0;`",
-    )
-
-
-def too_many_ancestors(span: Span, most: int) -> Diagnostic:
-    """BG215: a model with too many ancestors"""
-    return error(
-        "BG215",
-        f"this model has more than {most} ancestors by `is`",
-        span,
-        help="write what they add as parts of one model",
-    )
-
-
-def hides_parameter_of_file(span: Span, name: str, other: Span) -> Diagnostic:
-    """BG249: two parameters of one name, of the scene's model and of a file"""
-    return error(
-        "BG249",
-        f"the model's `{name}` has the name of a parameter that its parts use",
-        span,
-        labels=[Label(other, "the parts use this one")],
-        help=f"set the other one in the scene, `set {name} = ..;`, or rename the model's own",
-    )
+@error(
+    "BG238",
+    "{kind:an} cannot be declared inside `for`",
+    "declare it before the loop with a dimension, as `state x[3] = 0;`",
+)
+def misplaced_in_loop(span: Span, kind: str) -> None: ...
+@error(
+    "BG215",
+    "this model has more than {most} ancestors by `is`",
+    "write what they add as parts of one model",
+)
+def too_many_ancestors(span: Span, most: int) -> None: ...
+@error(
+    "BG249",
+    "the model's `{name}` has the name of a parameter that its parts use",
+    "set the other one in the scene, `set {name} = ..;`, or rename the model's own",
+    labels={"other": "the parts use this one"},
+)
+def hides_parameter_of_file(span: Span, name: str, other: Span) -> None: ...

@@ -4,75 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bgc.diagnostics.catalogue import did_you_mean, error
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.catalogue import Values, error, nearest, quoted
 
 
-def malformed_part(text: str) -> Diagnostic:
-    """BG635: a part of a system that cannot be read"""
-    return error(
-        "BG635",
-        f"`--part {text}` is not a part of a system",
-        help="write a name and a scene, `--part NAME=FILE:SCENE`; without FILE it is another scene "
-        "of the same file, without SCENE the first one",
-    )
+@error(
+    "BG635",
+    "`--part {text}` is not a part of a system",
+    "write a name and a scene, `--part NAME=FILE:SCENE`; without FILE it is another "
+    "scene of the same file, without SCENE the first one",
+)
+def malformed_part(text: str) -> None: ...
+@error(
+    "BG636",
+    "`--connect {text}` is not a connection",
+    'write `--connect "PART.OUTPUT -> PART.INPUT"`, with the quotes',
+)
+def malformed_connection(text: str) -> None: ...
+@error(
+    "BG637",
+    "two parts of the system are named `{name}`",
+    "give one of them another name after `--part`",
+)
+def part_named_twice(name: str) -> None: ...
+@error(
+    "BG638",
+    "the system has no part `{name}`, which `{text}` names",
+    "the system has {parts:quoted}",
+)
+def no_such_part(text: str, name: str, known: Iterable[str]) -> Values:
+    parts = list(known)
+    return {"parts": parts, **nearest(name, parts)}
 
 
-def malformed_connection(text: str) -> Diagnostic:
-    """BG636: a connection of a system that cannot be read"""
-    return error(
-        "BG636",
-        f"`--connect {text}` is not a connection",
-        help='write `--connect "PART.OUTPUT -> PART.INPUT"`, with the quotes',
-    )
+@error("BG639", "`{part}` has no {kind} `{name}`, which `{wire}` names", "{there}")
+def no_such_signal(wire: str, part: str, name: str, kind: str, known: Iterable[str]) -> Values:
+    names = list(known)
+    more = " and more" if len(names) > 6 else ""
+    there = f"its {kind}s are {quoted(names[:6])}{more}" if names else f"it has no {kind}s"
+    return {"there": there, **nearest(name, names)}
 
 
-def part_named_twice(name: str) -> Diagnostic:
-    """BG637: two parts of a system with one name"""
-    return error(
-        "BG637",
-        f"two parts of the system are named `{name}`",
-        help="give one of them another name after `--part`",
-    )
-
-
-def no_such_part(text: str, name: str, known: Iterable[str]) -> Diagnostic:
-    """BG638: a part that the system does not have"""
-    known = list(known)
-    listed = ", ".join(f"`{each}`" for each in known)
-    return error(
-        "BG638",
-        f"the system has no part `{name}`, which `{text}` names",
-        help=did_you_mean(name, known) or f"the system has {listed}",
-    )
-
-
-def no_such_signal(wire: str, part: str, name: str, kind: str, known: Iterable[str]) -> Diagnostic:
-    """BG639: a part without that output or input"""
-    known = list(known)
-    listed = ", ".join(f"`{each}`" for each in known[:6])
-    more = " and more" if len(known) > 6 else ""
-    return error(
-        "BG639",
-        f"`{part}` has no {kind} `{name}`, which `{wire}` names",
-        help=did_you_mean(name, known)
-        or (f"its {kind}s are {listed}{more}" if known else f"it has no {kind}s"),
-    )
-
-
-def connection_mismatch(wire: str, output: str, input_: str) -> Diagnostic:
-    """BG640: a connection of signals that differ in width or unit"""
-    return error(
-        "BG640",
-        f"`{wire}` connects an output {output} with an input {input_}",
-        help="connect one component, as `plant.tip[3]`, or signals of the same width and unit",
-    )
-
-
-def connected_twice(name: str, first: str) -> Diagnostic:
-    """BG641: an input with two connections"""
-    return error(
-        "BG641",
-        f"the input `{name}` is connected twice, first by `{first}`",
-        help="remove one connection, or add the signals in a model",
-    )
+@error(
+    "BG640",
+    "`{wire}` connects an output {output} with an input {input_}",
+    "connect one component, as `plant.tip[3]`, or signals of the same width and unit",
+)
+def connection_mismatch(wire: str, output: str, input_: str) -> None: ...
+@error(
+    "BG641",
+    "the input `{name}` is connected twice, first by `{first}`",
+    "remove one connection, or add the signals in a model",
+)
+def connected_twice(name: str, first: str) -> None: ...

@@ -1,0 +1,110 @@
+"""Rows of the catalogue: code, severity and texts of a diagnostic as data, with typed parameters.
+
+A row decorates the signature of its parameters, and is called with them::
+
+    @error("BG431", "`{name}`, {kind:an}, has no law", "{way}")
+    def law_missing(span: Span, name: str, kind: str, way: str) -> None: ...
+
+The type checker compares each call with that signature. In a text `{name}` is the value of a
+parameter, `{step:.3g}` the value as `format` writes it, `{names:listed}` and `{kind:an}` its
+form in words (`FORMS`), and `{runs:counted run}` a number with its noun. Other braces stand for
+themselves. A parameter named `span`, `note`, `labels`, `help` or `edits` is that field of the
+diagnostic; the text of the row, if there is one, is used where it is empty. `labels` of a row
+gives the text at each parameter that is a span, or a sequence of spans.
+
+A row that has to compute returns further values by name, or other values of its parameters.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, ParamSpec, TypeAlias
+
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label, Severity
+from bgc.diagnostics.source import Span
+from bgc.diagnostics.words import FORMS, counted
+
+Values: TypeAlias = Mapping[str, Any]
+"""Values of a row by the names that its texts use."""
+
+_P = ParamSpec("_P")
+PLACE = re.compile(r"\{(\w+)(?::([^{}]+))?\}")
+"""A value in a text: its name, and its form if it has one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row(Generic[_P]):
+    """A diagnostic of the catalogue: called with its parameters, it makes the `Diagnostic`."""
+
+    code: str
+    severity: Severity
+    message: str
+    help: str
+    note: str
+    labels: Mapping[str, str]
+    function: Callable[_P, Values | None] = field(repr=False)
+
+    def __call__(self, *args: _P.args, **kwargs: _P.kwargs) -> Diagnostic:
+        """Fill the texts with the arguments and with what the row computes from them."""
+        bound = inspect.signature(self.function).bind(*args, **kwargs)
+        bound.apply_defaults()
+        values: Values = {**bound.arguments, **(self.function(*args, **kwargs) or {})}
+        own = (
+            Label(span, fill(text, values))
+            for name, text in self.labels.items()
+            for span in _spans(values[name])
+        )
+        labels: Iterable[Label] = values.get("labels", own)
+        edits: Iterable[Edit] = values.get("edits", ())
+        return Diagnostic(
+            self.code,
+            self.severity,
+            fill(self.message, values),
+            values.get("span"),
+            values.get("note") or fill(self.note, values),
+            tuple(labels),
+            values.get("help") or fill(self.help, values),
+            tuple(edits),
+        )
+
+
+def _spans(places: Span | Sequence[Span] | None) -> Sequence[Span]:
+    if places is None:
+        return ()
+    return (places,) if isinstance(places, Span) else places
+
+
+def fill(text: str, values: Values) -> str:
+    """Put values into the places of a text."""
+    return PLACE.sub(lambda place: _shown(values[place[1]], place[2] or ""), text)
+
+
+def _shown(value: Any, form: str) -> str:
+    if form in FORMS:
+        return FORMS[form](value)
+    word, _, noun = form.partition(" ")
+    return counted(value, noun) if word == "counted" else format(value, form)
+
+
+def error(
+    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
+) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
+    """Make the row of a diagnostic that ends the compilation."""
+    return lambda function: Row(code, Severity.ERROR, message, help, note, labels, function)
+
+
+def warning(
+    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
+) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
+    """Make the row of a diagnostic that does not end the compilation."""
+    return lambda function: Row(code, Severity.WARNING, message, help, note, labels, function)
+
+
+def info(
+    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
+) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
+    """Make the row of a diagnostic that reports a fact, no warning in strict mode either."""
+    return lambda function: Row(code, Severity.INFO, message, help, note, labels, function)
