@@ -1,72 +1,41 @@
-"""`bgc activity`."""
+"""Measure 4: show where the energy goes, and what could be left out."""
 
-from __future__ import annotations
-
-from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.runtime.activity.activity import activity_report
-from bgc.runtime.activity.tables import as_json as report_json
-from bgc.runtime.activity.tables import tables
-from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import (
-    model_file,
-    read_assignments,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
-)
+from bgc.runtime.activity.tables import as_json, tables
+from bgc.runtime.cli.command import command, option
+from bgc.runtime.cli.options import Budget, Duration, Json, SceneOptions
 from bgc.runtime.cli.printing import print_tables
-from bgc.runtime.compiling import compile_model
-from bgc.runtime.running.quantity import read_quantity
 
 
-@click.command()
-@model_file
-@scene_option
-@set_option
-@use_option
-@click.option(
-    "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."
-)
-@click.option(
-    "--negligible",
-    type=click.FloatRange(0, 1),
-    default=0.01,
-    show_default=True,
-    help="Share of the activity up to which to try leaving a part out.",
-)
-@click.option(
-    "--within",
-    type=float,
-    default=0.01,
-    show_default=True,
-    help="Largest error of a change, as a part of the range; unless the scene has `require`.",
-)
-@click.option(
-    "--budget",
-    metavar="TIME",
-    default="120 s",
-    show_default=True,
-    help="Longest time for the measurements.",
-)
-@click.option("--elements", is_flag=True, help="List elements instead of parts.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, in SI units with all digits.")
-@click.option("--quiet", "-q", is_flag=True, help="Show no progress bar.")
+@command()
 def activity(
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    duration: str | None,
-    negligible: float,
-    within: float,
-    budget: str,
-    elements: bool,
-    as_json: bool,
-    quiet: bool,
+    scene: SceneOptions,
+    duration: Duration,
+    negligible: Annotated[
+        float,
+        option(
+            "Share of the activity up to which to try leaving a part out.",
+            type=click.FloatRange(0, 1),
+            default=0.01,
+            show_default=True,
+        ),
+    ],
+    within: Annotated[
+        float,
+        option(
+            "Largest error of a change, as a part of the range; unless the scene has `require`.",
+            default=0.01,
+            show_default=True,
+        ),
+    ],
+    budget: Budget,
+    elements: Annotated[bool, option("List elements instead of parts.")],
+    json: Json,
+    quiet: Annotated[bool, option("Show no progress bar.", "--quiet", "-q")],
 ) -> None:
     """Show where the energy of a scene of FILE goes, and what could be left out.
 
@@ -74,19 +43,15 @@ def activity(
     simpler or switches them off, one by one and together, runs each change, and compares it with
     the scene. Prints the lines to add to the scene, with the error of each.
     """
-    model = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
-    )
-    print_diagnostics(model.warnings)
     report = activity_report(
-        model,
-        duration=None if duration is None else read_quantity(duration, "--time", "s"),
+        scene.model(quiet),
+        duration=duration,
         negligible=negligible,
         within=within,
-        budget=read_quantity(budget, "--budget", "s"),
+        budget=budget,
         progress=not quiet,
     )
-    if as_json:
-        click.echo(report_json(report))
+    if json:
+        click.echo(as_json(report))
     else:
         print_tables(tables(report, elements))

@@ -6,8 +6,6 @@ import os
 import re
 import sys
 import traceback
-from collections.abc import Iterable
-from contextlib import suppress
 from importlib import import_module
 from keyword import iskeyword
 from pathlib import Path
@@ -17,60 +15,39 @@ import click
 from click.shell_completion import CompletionItem
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.cli.printing import (
+    AT_FAULT,
+    BUG,
+    DONE,
+    INTERRUPTED,
+    print_diagnostics,
+    printable,
+)
 from bgc.runtime.cli.signals import Caught
 from bgc.runtime.cli.streams import discard_output
 
-DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
+_FOLDER = Path(__file__).parent
+TITLES = ("Write and check", "Run", "Understand", "Linear models", "Measure")
+_FIRST_LINE = re.compile(r'"""(.+) (\d+): (.+)\."""')
 
-_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 
-# Each command is a module of this package, imported when it is named. So the modules import at
-# their top what they need, and `bgc run` does not wait for what `bgc trade` imports.
-GROUPS = {
-    "Write and check": {
-        "new": "write a small model and scene to begin with",
-        "check": "report errors and warnings without compiling",
-        "import": "write a robot (URDF, MJCF) or another tool's model as a .bg file",
-        "fmt": "rewrite files in canonical form",
-        "doc": "look up elements, functions, library parts, diagnostics ..",
-        "explain": "look up a diagnostic (the same as doc)",
-        "doctor": "check compiler, cache and packages of this machine",
-        "completion": "print the script for completion in bash, zsh or fish",
-        "lsp": "serve an editor: diagnostics, completion, hover, hints, names",
-    },
-    "Run": {
-        "run": "simulate a scene, write and draw the result",
-        "view": "show a scene in the browser, live, or a recorded run",
-        "haptic": "run a scene in real time with its devices",
-        "sweep": "simulate a scene for many values of its parameters",
-        "fit": "estimate parameters from a recorded motion",
-        "optimise": "find the parameters that make an observable least or largest",
-        "operability": "find the sea states in which criteria hold, and the downtime",
-        "devices": "list drivers and haptic devices, and why one cannot be used",
-        "build": "compile a scene to C, to a shared object or to an FMU",
-    },
-    "Understand": {
-        "causality": "show causal strokes with their reasons, storage, loops",
-        "equations": "print the state equations, or their linear form and modes",
-        "graph": "draw the bond graph with its causal strokes",
-        "show": "print the result of one pass of the compiler",
-    },
-    "Linear models": {
-        "modes": "print the modes: periods, damping, participating states",
-        "poles": "print and draw poles and zeros",
-        "bode": "compute and draw frequency responses",
-        "margins": "print stability margins, draw Nyquist and Nichols charts",
-        "step": "compute and draw a step response of the linear model",
-        "locus": "follow the poles of a closed loop over its gain",
-    },
-    "Measure": {
-        "cost": "show what a scene costs, what was left out, what variants cost",
-        "trade": "measure speed against accuracy, and recommend a method",
-        "stress": "drive a scene to its extremes, and map where it fails",
-        "activity": "show where the energy goes, and what could be left out",
-    },
-}
-COMMANDS = {name: text for group in GROUPS.values() for name, text in group.items()}
+def command_groups() -> dict[str, dict[str, str]]:
+    """Texts of all commands by name, in titled groups; no command is loaded.
+
+    A command is a module of this package whose first line says its group, its place in the group,
+    and its text: `Run 1: simulate a scene.`. It is imported when it is named, so that it may
+    import at its top what it needs: `bgc run` does not wait for what `bgc trade` imports.
+    """
+    found = {path.stem.rstrip("_"): _first_line(path) for path in _FOLDER.glob("*.py")}
+    rows = sorted((int(line[2]), name, line) for name, line in found.items() if line)
+    return {
+        title: {name: line[3] for _, name, line in rows if line[1] == title} for title in TITLES
+    }
+
+
+def _first_line(path: Path) -> re.Match[str] | None:
+    with path.open(encoding="utf-8") as file:
+        return _FIRST_LINE.match(file.readline())
 
 
 class Application(click.Group):
@@ -78,13 +55,14 @@ class Application(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the commands, group by group."""
-        return list(COMMANDS)
+        return [name for commands in command_groups().values() for name in commands]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Load a command."""
-        if cmd_name not in COMMANDS:
-            return None
         name = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name  # `import`
+        path = _FOLDER / f"{name}.py"
+        if not (name.isidentifier() and path.exists() and _first_line(path)):
+            return None
         command = getattr(import_module(f"bgc.runtime.cli.{name}"), name)
         assert isinstance(command, click.Command)
         return command
@@ -93,15 +71,16 @@ class Application(click.Group):
         """Complete the names of commands and of own options, without loading the commands."""
         names = [
             CompletionItem(name, help=text)
-            for name, text in COMMANDS.items()
+            for commands in command_groups().values()
+            for name, text in commands.items()
             if name.startswith(incomplete)
         ]
         return [*names, *click.Command.shell_complete(self, ctx, incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands in their groups, without loading them."""
-        width = max(map(len, COMMANDS))
-        for title, commands in GROUPS.items():
+        width = max(map(len, self.list_commands(ctx)))
+        for title, commands in command_groups().items():
             with formatter.section(title):
                 formatter.write_dl([(f"{name:<{width}}", text) for name, text in commands.items()])
 
@@ -156,29 +135,6 @@ def application(context: click.Context, version: bool, as_json: bool) -> None:
         context.exit()
     if context.invoked_subcommand is None:
         raise click.UsageError("Missing command.")
-
-
-def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print diagnostics to standard error, in colour on a terminal."""
-    diagnostics = tuple(diagnostics)
-    if not diagnostics:
-        return
-    # `--help` and runs without warnings do without it.
-    from bgc.diagnostics.render import render
-
-    if text := render(diagnostics, colour=_colour_wanted()):
-        with suppress(OSError):  # the terminal is closed: what follows may still write files
-            click.echo(printable(text), err=True, nl=False)
-
-
-def printable(text: str) -> str:
-    r"""Show the bytes of a file's name that are not UTF-8 as `\xff`."""
-    return _NOT_UTF8.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
-
-
-def _colour_wanted() -> bool:
-    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
-    return sys.stderr.isatty() and not plain
 
 
 def _refused(problem: OSError | MemoryError) -> Diagnostic:

@@ -1,55 +1,44 @@
-"""`bgc bode`."""
+"""Linear models 3: compute and draw frequency responses."""
 
-from __future__ import annotations
-
-import csv
-import sys
 from itertools import product
-from pathlib import Path
-from typing import Any, TextIO
+from typing import Annotated
 
-import click
 import numpy as np
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import Table
+from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.linear_options import (
-    PICTURES,
-    closed_option,
-    gain_option,
+    Closed,
+    Gain,
+    High,
+    LinearOptions,
+    Low,
     in_loop,
-    open_linear,
-    plot_option,
-    range_options,
     require_one,
-    scene_options,
 )
-from bgc.runtime.cli.options import check_target, input_option, output_option
-from bgc.runtime.cli.printing import print_tables, print_written
+from bgc.runtime.cli.options import PICTURE, Inputs, Outputs
+from bgc.runtime.cli.printing import print_tables, print_written, write_rows
 from bgc.runtime.linear.frequency import HEADER, Response, frequency_response
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.results.files import written_whole
 
 
-@click.command()
-@scene_options
-@input_option(multiple=True)
-@output_option(multiple=True)
-@gain_option
-@closed_option
-@range_options
-@click.option("--out", metavar="FILE", help="Write the response: .csv, or - for standard output.")
-@plot_option("magnitude and phase")
+@command()
 def bode(
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    gain: str | None,
-    closed: bool,
-    low: float | None,
-    high: float | None,
-    out: str | None,
-    plot: str | None,
-    **scene: Any,
+    model: LinearOptions,
+    inputs: Inputs,
+    outputs: Outputs,
+    gain: Gain,
+    closed: Closed,
+    low: Low,
+    high: High,
+    out: Annotated[
+        str | None,
+        option("Write the response: .csv, or - for standard output.", type=Target(".csv", "-")),
+    ],
+    plot: Annotated[
+        str | None, option("Draw magnitude and phase: .png, .svg or .pdf.", type=PICTURE)
+    ],
 ) -> None:
     """Compute the frequency response of an output of a scene of FILE to an input.
 
@@ -57,28 +46,22 @@ def bode(
     The input is the effort or flow of a source (supply.e), a parameter (mass) or a channel of a
     device. Several inputs and outputs, and vectors, give a curve for each pair.
     """
-    if not (inputs and outputs):
-        raise click.UsageError("give an --input and an --output")
-    check_target(out, (".csv", "-"))
-    check_target(plot, PICTURES)
-    linear = open_linear(**scene, inputs=inputs, outputs=outputs)
+    require(inputs and outputs, "give an --input and an --output")
+    linear = model.linear(inputs, outputs)
     if gain is not None or closed:
         require_one("input", ", ".join(inputs), linear.inputs)
         require_one("output", ", ".join(outputs), linear.outputs)
         linear = in_loop(linear, gain, closed)
     responses = _responses(linear, low, high)
-    if out == "-":
-        _write(responses, sys.stdout)
-    elif out is not None:
-        with written_whole(Path(out)) as aside, aside.open("w", encoding="utf-8", newline="") as f:
-            _write(responses, f)
+    if out is not None:
+        write_rows(out, _rows(responses))
     if plot is not None:
         # Loads matplotlib.
         from bgc.runtime.linear.bode_plot import plot_bode
 
-        plot_bode(responses, Path(plot))
+        plot_bode(responses, plot)
     if out != "-":
-        print_tables([_summary(response) for response in responses])
+        print_tables(map(_summary, responses))
     print_written(out, plot)
 
 
@@ -96,28 +79,21 @@ def _responses(linear: Linearisation, low: float | None, high: float | None) -> 
     return found
 
 
-def _write(responses: list[Response], file: TextIO) -> None:
-    """Write one response, or several with the names of output and input before each line."""
+def _rows(responses: list[Response]) -> list[tuple[object, ...]]:
+    """One response, or several with the names of output and input before each line."""
     if len(responses) == 1:
-        responses[0].write_csv(file)
-        return
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(("output", "input", *HEADER))
-    for response in responses:
-        for row in response.rows().tolist():
-            writer.writerow((response.output, response.input, *map(repr, row)))
+        return [HEADER, *map(tuple, responses[0].rows().tolist())]
+    rows = [(r.output, r.input, *row) for r in responses for row in r.rows().tolist()]
+    return [("output", "input", *HEADER), *rows]
 
 
 def _summary(response: Response) -> Table:
     """Tabulate a line for each decade, for the peak, and for each crossover with its margin."""
     rows = response.rows()
-    decades = np.arange(
-        np.ceil(np.log10(response.omega[0]) - 1e-9), np.log10(response.omega[-1]) + 1e-9
-    )
-    lines = {
-        float(response.omega[k]): (*map(_digits, rows[k, :3]), "")
-        for k in (int(np.argmin(np.abs(np.log10(response.omega) - d))) for d in decades)
-    }
+    exponents = np.log10(response.omega)
+    decades = np.arange(np.ceil(exponents[0] - 1e-9), exponents[-1] + 1e-9)
+    nearest = [int(np.argmin(np.abs(exponents - decade))) for decade in decades]
+    lines = {float(response.omega[k]): (*map(_digits, rows[k, :3]), "") for k in nearest}
     for mark in response.landmarks:
         at = np.flatnonzero(response.omega == mark.omega)
         values = rows[at[0], 1:3] if len(at) else ()

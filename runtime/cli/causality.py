@@ -1,46 +1,25 @@
-"""`bgc causality`."""
-
-from __future__ import annotations
-
-from pathlib import Path
-
-import click
+"""Understand 1: show causal strokes with their reasons, storage, loops."""
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.options import Options
 from bgc.printing.causality import causality_tables, stroke_table
-from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import (
-    model_file,
-    read_assignments,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
-)
+from bgc.runtime.cli.command import command
+from bgc.runtime.cli.options import SceneOptions
 from bgc.runtime.cli.printing import print_tables
 
 
-@click.command()
-@model_file
-@scene_option
-@set_option
-@use_option
-def causality(
-    file: Path, scene: str | None, assignments: tuple[str, ...], uses: tuple[str, ...]
-) -> None:
+@command()
+def causality(scene: SceneOptions) -> None:
     """Show the causality of a scene of FILE: strokes, storage, algebraic loops.
 
     A stroke, |-> or ->|, stands at the end of the bond that receives the effort. Each is printed
     with its reason.
     """
-    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     try:
-        stages = compile_scene(file, options, until="equations")
+        stages = scene.stages("equations")
     except BgError:
         # Where the strokes are known, they help to understand why there are no equations.
-        print_tables([stroke_table(compile_scene(file, options, until="causality").causal)])
+        stages = compile_scene(scene.file, scene.options(), until="causality")
+        print_tables([stroke_table(stages.causal)])
         raise
-    print_diagnostics(stages.warnings)
     print_tables(causality_tables(stages))

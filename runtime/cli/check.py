@@ -1,29 +1,31 @@
-"""`bgc check`."""
+"""Write and check 2: report errors and warnings without compiling."""
 
-from __future__ import annotations
-
-from functools import partial
-from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.driver import check_source
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
-from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option, verify_option
+from bgc.runtime.cli.command import command, option
+from bgc.runtime.cli.completion import scenes_of
+from bgc.runtime.cli.options import Files, Strict, Verify
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
 
-_scene_option = partial(scene_option, text="Scene to check; by default all scenes of each file.")
 
-
-@click.command()
-@click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
-@_scene_option
-@strict_option
-@verify_option
-@click.pass_context
+@command()
 def check(
-    context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool, verify: bool
-) -> None:
+    files: Files,
+    scene: Annotated[
+        str | None,
+        option(
+            "Scene to check; by default all scenes of each file.",
+            metavar="NAME",
+            shell_complete=scenes_of,
+        ),
+    ],
+    strict: Strict,
+    verify: Verify,
+) -> int:
     """Report the errors and warnings of FILES, in all scenes or in one.
 
     Nothing is written or run.
@@ -36,15 +38,12 @@ def check(
             found.extend(problem.diagnostics)
     found = _each_once([as_error(d) for d in found] if strict else found)
     print_diagnostics(found)
-    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
-    warnings = sum(diagnostic.severity is Severity.WARNING for diagnostic in found)
-    click.echo(
-        f"{_counted(len(files), 'file')}: {_counted(errors, 'error')}, "
-        f"{_counted(warnings, 'warning')}",
-        err=True,
-    )
-    if errors:
-        context.exit(AT_FAULT)
+    kinds = [diagnostic.severity for diagnostic in found]
+    errors, warnings = kinds.count(Severity.ERROR), kinds.count(Severity.WARNING)
+    counts = ((len(files), "file"), (errors, "error"), (warnings, "warning"))
+    shown = [f"{number or 'no'} {noun}{'' if number == 1 else 's'}" for number, noun in counts]
+    click.echo(f"{shown[0]}: {', '.join(shown[1:])}", err=True)
+    return AT_FAULT if errors else 0
 
 
 def _each_once(found: list[Diagnostic]) -> list[Diagnostic]:
@@ -55,7 +54,3 @@ def _each_once(found: list[Diagnostic]) -> list[Diagnostic]:
         place = (span.source.name, span.start, span.end) if span else None
         kept.setdefault((diagnostic.code, diagnostic.message, place), diagnostic)
     return list(kept.values())
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"

@@ -1,19 +1,19 @@
-"""`bgc completion`, and what a shell completes."""
-
-from __future__ import annotations
+"""Write and check 8: print the script for completion in bash, zsh or fish."""
 
 import re
 from pathlib import Path
+from typing import Annotated, Literal
 
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from bgc.runtime.cli.command import argument, command
+
 _SCENE = re.compile(r"^scene\s+(\w+)", re.MULTILINE)
 
 
-@click.command()
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
-def completion(shell: str) -> None:
+@command()
+def completion(shell: Annotated[Literal["bash", "zsh", "fish"], argument()]) -> None:
     """Print the script by which a shell completes commands, options, methods and scenes.
 
     \b

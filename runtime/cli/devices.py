@@ -1,15 +1,15 @@
-"""`bgc devices`."""
-
-from __future__ import annotations
+"""Run 8: list drivers and haptic devices, and why one cannot be used."""
 
 import shutil
 from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.building.build import runtime_directory
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.printing import hanging
 from bgc.runtime.realtime.found import Finding, find_all
 
@@ -17,25 +17,27 @@ _INDENT = 23  # characters before a text
 _EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")
 
 
-@click.command()
-@click.option("--example", metavar="DIR", help="Write an example driver with its Makefile to DIR.")
-def devices(example: str | None) -> None:
+@command()
+def devices(
+    example: Annotated[
+        Path | None, option("Write an example driver with its Makefile to DIR.", metavar="DIR")
+    ],
+) -> None:
     """List drivers and haptic devices, and why one cannot be used.
 
     Checks the manufacturers' libraries, USB devices, udev rules and permissions.
     """
     if example is not None:
-        click.echo(_write_example(Path(example)))
-        return
-    click.echo("\n".join(_line(finding) for finding in find_all()))
+        click.echo(_write_example(example))
+    else:
+        click.echo("\n".join(map(_line, find_all())))
 
 
 def _line(finding: Finding) -> str:
     mark = "ok" if finding.usable else "--"
     text = hanging(f"{mark}  {finding.name:<18} ", finding.text, _INDENT)
-    if not finding.remedy:
-        return text
-    return f"{text}\n{hanging(' ' * _INDENT, finding.remedy, _INDENT)}"
+    remedy = f"\n{hanging(' ' * _INDENT, finding.remedy, _INDENT)}" if finding.remedy else ""
+    return text + remedy
 
 
 def _write_example(folder: Path) -> str:

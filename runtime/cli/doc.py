@@ -1,22 +1,21 @@
-"""`bgc doc` and its alias `bgc explain`."""
-
-from __future__ import annotations
+"""Write and check 5: look up elements, functions, library parts, diagnostics ..."""
 
 import os
-import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.diagnostics.catalogue.reference import not_in_file, unknown_topic
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.reference.codes import near_codes
 from bgc.reference.entry import Entry, Group
 from bgc.reference.index import GROUPS, MANUAL, find, mentions
 from bgc.reference.index import names as all_names
 from bgc.reference.parts import declaration_entry, file_entry
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.command import argument, command, option, require
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
 from bgc.runtime.documents import methods
 from bgc.runtime.documents.terminal import print_entries, print_groups, print_names
 
@@ -28,20 +27,20 @@ _END = "A word that is not a name lists what mentions it: `bgc doc friction`."
 _SHORTEST = 3  # letters of a word that is searched for
 
 
-@click.command()
-@click.argument("names", nargs=-1, metavar="[GROUP | FILE.bg] [NAME]")
-@click.option(
-    "--gallery",
-    is_flag=True,
-    help="Write a page that runs its model for each scene of FILES (by default of the library), "
-    "and an index (needs ziglang).",
-)
-@click.option(
-    "--out",
-    metavar="DIR",
-    help="Folder for --gallery, by default `gallery`.",
-)
-def doc(names: tuple[str, ...], gallery: bool, out: str | None) -> None:
+@command()
+def doc(
+    names: Annotated[tuple[str, ...], argument(metavar="[GROUP | FILE.bg] [NAME]")],
+    gallery: Annotated[
+        bool,
+        option(
+            "Write a page that runs its model for each scene of FILES (by default of the library), "
+            "and an index (needs ziglang)."
+        ),
+    ],
+    out: Annotated[
+        Path | None, option("Folder for --gallery, by default `gallery`.", metavar="DIR")
+    ],
+) -> int | None:
     """Show the documentation of a name.
 
     NAME is an element (TF), a word of the language (observe), a function (sin), a unit (bar), a
@@ -49,25 +48,21 @@ def doc(names: tuple[str, ...], gallery: bool, out: str | None) -> None:
     (BG301) or a chapter of the manual (scenes). GROUP is one of elements, words, functions, units,
     methods, library, diagnostics, manual. Without arguments, list all names.
     """
+    require(gallery or out is None, "--out needs --gallery")
     if gallery:
-        _write_gallery(names, Path(out or "gallery"))
-    elif out is not None:
-        raise click.UsageError("--out needs --gallery")
-    elif not names:
-        _list_groups()
+        return _write_gallery(names, out or Path("gallery"))
+    if not names:
+        print_groups(all_groups(), _INTRO, _END)
     elif names[0].endswith(".bg"):
-        _show_file(names)
+        _show_file(*names)
     else:
         _show_names(names)
+    return None
 
 
 def all_groups() -> tuple[Group, ...]:
     """Return all groups of names, the manual last."""
     return (*GROUPS, methods.GROUP, MANUAL)
-
-
-def _list_groups() -> None:
-    print_groups(all_groups(), _INTRO, _END)
 
 
 def _show_names(names: tuple[str, ...]) -> None:
@@ -87,16 +82,16 @@ def show(name: str, groups: list[Group], manual: Group | None = None) -> None:
     """
     searched = [*groups, *([manual] if manual is not None else [])]
     found = find(name, groups) or (find(name, [manual]) if manual is not None else ())
+    numbered = any(character.isdigit() for character in name)
+    listed = mentions(name, searched) if len(name) >= _SHORTEST and not numbered else {}
     if found:
         print_entries([_with_chapter(entry, manual) for entry in found])
-        return
-    listed = mentions(name, searched) if len(name) >= _SHORTEST else {}
-    if listed and not any(character.isdigit() for character in name):
+    elif listed:
         print_names(f"names that mention `{name}`", listed.items())
-        return
-    codes = near_codes(name) if any(character.isdigit() for character in name) else {}
-    near = f"near it are {', '.join(codes)}" if codes else ""
-    raise BgError([unknown_topic(name, near, all_names(searched))])
+    else:
+        codes = near_codes(name) if numbered else {}
+        near = f"near it are {', '.join(codes)}" if codes else ""
+        raise BgError([unknown_topic(name, near, all_names(searched))])
 
 
 def _with_chapter(entry: Entry, manual: Group | None) -> Entry:
@@ -106,12 +101,11 @@ def _with_chapter(entry: Entry, manual: Group | None) -> Entry:
     return replace(entry, see_also=(*entry.see_also, f"manual {entry.name}"))
 
 
-def _show_file(names: tuple[str, ...]) -> None:
+def _show_file(file: str, *wanted: str) -> None:
     """Show a file of the user's own, or some of its declarations."""
     # Lark parses, which most look-ups do without.
     from bgc.resolution.resolve import load
 
-    file, *wanted = names
     package = load(Path(file))
     print_diagnostics(package.warnings)
     root = package.root
@@ -127,20 +121,15 @@ def _show_file(names: tuple[str, ...]) -> None:
     )
 
 
-def _write_gallery(names: tuple[str, ...], folder: Path) -> None:
-    if wrong := [name for name in names if not name.endswith(".bg")]:
-        raise click.UsageError(f"--gallery takes files that end in .bg, not {wrong[0]}")
+def _write_gallery(names: tuple[str, ...], folder: Path) -> int:
+    wrong = [name for name in names if not name.endswith(".bg")]
+    require(not wrong, f"--gallery takes files that end in .bg, not {', '.join(wrong[:1])}")
     # The compiler, Jinja2 and Lark, which all else does without.
     from bgc.runtime.web.gallery import library_files, write_gallery
 
-    failed: list[BgError] = []
-
-    def refused(problem: BgError) -> None:
-        failed.append(problem)
-        print_diagnostics(problem.diagnostics)
-
+    failed: list[Diagnostic] = []
     files = [Path(name) for name in names] or library_files()
-    for path in write_gallery(files, folder, refused):
+    for path in write_gallery(files, folder, lambda problem: failed.extend(problem.diagnostics)):
         click.echo(os.fsencode(path))
-    if failed:
-        sys.exit(AT_FAULT)
+    print_diagnostics(failed)
+    return AT_FAULT if failed else 0

@@ -1,80 +1,52 @@
-"""`bgc equations`."""
-
-from __future__ import annotations
+"""Understand 2: print the state equations, or their linear form and modes."""
 
 from pathlib import Path
+from typing import Annotated
 
 import click
 
-from bgc.diagnostics.catalogue.machine import unknown_file_kind
-from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import compile_scene
+from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.ir.program import Program
-from bgc.options import Options
 from bgc.printing.latex import latex_equations
 from bgc.printing.stages import show_equations, symbol_names
 from bgc.printing.tables import Table
-from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import (
-    input_option,
-    model_file,
-    output_option,
-    point_options,
-    read_assignments,
-    read_pair,
-    read_point,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
-)
-from bgc.runtime.cli.printing import print_tables, text_width
+from bgc.runtime.cli.command import Pair, Target, command, option, require
+from bgc.runtime.cli.linear_options import LinearOptions
+from bgc.runtime.cli.options import Inputs, Outputs, PointOptions, SceneOptions
+from bgc.runtime.cli.printing import print_diagnostics, print_tables, text_width
 from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
-from bgc.runtime.linearising.operating import OpenedModel
 
 _LINES = 300  # of equations that are printed without --full
-_KINDS = (".csv", ".npz")
 
 
-@click.command()
-@model_file
-@scene_option
-@set_option
-@use_option
-@click.option("--latex", is_flag=True, help="Print LaTeX for the package amsmath.")
-@click.option(
-    "--linear",
-    "--state-space",
-    "linear",
-    is_flag=True,
-    help="Print A, B, C, D and modes at an operating point; by default the initial state.",
-)
-@point_options
-@input_option(multiple=True)
-@output_option(multiple=True)
-@click.option(
-    "--transfer",
-    "transfers",
-    multiple=True,
-    metavar="OUTPUT/INPUT",
-    help="Print a transfer function in the model's letters, its poles, zeros and static gain.",
-)
-@click.option("--full", is_flag=True, help="Print everything, however long.")
-@click.option("--out", metavar="FILE", help="Write the matrices: .csv or .npz.")
+@command()
 def equations(
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    latex: bool,
-    linear: bool,
-    at: str | None,
-    steady: bool,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    transfers: tuple[str, ...],
-    full: bool,
-    out: str | None,
+    scene: SceneOptions,
+    latex: Annotated[bool, option("Print LaTeX for the package amsmath.")],
+    linear: Annotated[
+        bool,
+        option(
+            "Print A, B, C, D and modes at an operating point; by default the initial state.",
+            "--linear",
+            "--state-space",
+        ),
+    ],
+    point: PointOptions,
+    inputs: Inputs,
+    outputs: Outputs,
+    transfers: Annotated[
+        tuple[tuple[str, str], ...],
+        option(
+            "Print a transfer function in the model's letters, its poles, zeros and static gain.",
+            "--transfer",
+            type=Pair(bad_pair, "/"),
+            metavar="OUTPUT/INPUT",
+        ),
+    ],
+    full: Annotated[bool, option("Print everything, however long.")],
+    out: Annotated[
+        str | None, option("Write the matrices: .csv or .npz.", type=Target(".csv", ".npz"))
+    ],
 ) -> None:
     """Print the state equations of a scene of FILE, their linear form, or a transfer function.
 
@@ -85,26 +57,24 @@ def equations(
     a nonlinear model stand in it as letters. Numbers beside it are for the initial state, or for
     that of --at or --steady.
     """
-    if linear and (latex or transfers):
-        raise click.UsageError("--linear excludes --latex and --transfer; it has --out FILE")
-    if not linear and (inputs or outputs or out is not None):
-        raise click.UsageError("--input, --output and --out need --linear")
-    if not linear and not transfers and (at is not None or steady):
-        raise click.UsageError("--at and --steady need --linear or --transfer")
-    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
+    require(
+        not (linear and (latex or transfers)),
+        "--linear excludes --latex and --transfer; it has --out FILE",
+    )
+    require(linear or not (inputs or outputs or out), "--input, --output and --out need --linear")
+    require(
+        linear or transfers or not point.is_given, "--at and --steady need --linear or --transfer"
+    )
     if transfers:
-        _print_transfers(file, options, at, steady, transfers, latex=latex, full=full)
-        return
-    if linear:
-        _print_linear(file, options, at, steady, inputs, outputs, full, out)
-        return
-    stages = compile_scene(file, options, until="optimise")
-    print_diagnostics(stages.warnings)
-    if latex:
-        program = stages.optimised
-        click.echo(latex_equations(program, symbol_names(program)), nl=False)
+        _print_transfers(scene, point, transfers, latex, full)
+    elif linear:
+        _print_linear(LinearOptions(scene, point), inputs, outputs, full, out)
     else:
-        _print_equations(stages.optimised, full)
+        program = scene.stages("optimise").optimised
+        if latex:
+            click.echo(latex_equations(program, symbol_names(program)), nl=False)
+        else:
+            _print_equations(program, full)
 
 
 def _print_equations(program: Program, full: bool) -> None:
@@ -126,12 +96,9 @@ def _print_equations(program: Program, full: bool) -> None:
 
 
 def _print_transfers(
-    file: Path,
-    options: Options,
-    at: str | None,
-    steady: bool,
-    transfers: tuple[str, ...],
-    *,
+    scene: SceneOptions,
+    point: PointOptions,
+    transfers: tuple[tuple[str, str], ...],
     latex: bool,
     full: bool,
 ) -> None:
@@ -141,37 +108,28 @@ def _print_transfers(
     from bgc.symbolic.latex import transfer_latex
     from bgc.symbolic.terminal import transfer_lines, transfer_tables
 
-    pairs = [read_pair(text) for text in transfers]
-    point = read_point(at, steady)
-    for k, (output, input_) in enumerate(pairs):
-        function, values, warnings = transfer_at(file, options, output, input_, point)
+    for k, (output, input_) in enumerate(transfers):
+        found = transfer_at(scene.file, scene.options(), output, input_, point.point)
+        function, values, warnings = found
         if k == 0:
             print_diagnostics(warnings)
         else:
             click.echo()
         if latex:
             click.echo(transfer_latex(function, values, full), nl=False)
-            continue
-        click.echo("\n".join(transfer_lines(function, text_width(), full)) + "\n")
-        print_tables(transfer_tables(function, values, full))
+        else:
+            click.echo("\n".join(transfer_lines(function, text_width(), full)) + "\n")
+            print_tables(transfer_tables(function, values, full))
 
 
 def _print_linear(
-    file: Path,
-    options: Options,
-    at: str | None,
-    steady: bool,
+    model: LinearOptions,
     inputs: tuple[str, ...],
     outputs: tuple[str, ...],
     full: bool,
     out: str | None,
 ) -> None:
-    if out is not None and Path(out).suffix.lower() not in _KINDS:
-        raise BgError([unknown_file_kind(out, _KINDS)])
-    point = read_point(at, steady)
-    opened = OpenedModel(file, options, inputs, outputs)
-    linear = opened.linearise(opened.operating_point(point))
-    print_diagnostics(linear.warnings)
+    linear = model.linear(inputs, outputs)
     print_tables(linear_tables(linear, full))
     if not linear.states and not linear.inputs:
         click.echo("no states: give an `--input`, to see what an output owes to it")

@@ -1,16 +1,14 @@
-"""`bgc explain`, an alias of `bgc doc` for diagnostics."""
+"""Write and check 6: look up a diagnostic (the same as doc)."""
 
-from __future__ import annotations
-
-import click
+from typing import Annotated
 
 from bgc.reference.codes import GROUP
+from bgc.runtime.cli.command import argument, command
 from bgc.runtime.cli.doc import show
 
 
-@click.command()
-@click.argument("code", required=False)
-def explain(code: str | None) -> None:
+@command()
+def explain(code: Annotated[str | None, argument()]) -> None:
     """Show what a diagnostic means and how to resolve it: bgc explain BG201.
 
     Without a code, list all diagnostics; with a word, those that mention it. The same as

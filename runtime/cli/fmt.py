@@ -1,26 +1,22 @@
-"""`bgc fmt`."""
+"""Write and check 4: rewrite files in canonical form."""
 
-from __future__ import annotations
-
-from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.files import read_source
 from bgc.grammar.format import format_source
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics, printable
-from bgc.runtime.cli.options import MODEL_FILE
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.cli.command import command, option
+from bgc.runtime.cli.options import Files
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, printable, write_file
 
 
-@click.command()
-@click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
-@click.option(
-    "--check", is_flag=True, help="Change nothing; exit with status 1 if a file would change."
-)
-@click.pass_context
-def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
+@command()
+def fmt(
+    files: Files,
+    check: Annotated[bool, option("Change nothing; exit with status 1 if a file would change.")],
+) -> int:
     """Rewrite FILES in canonical form; comments are kept."""
     problems: list[Diagnostic] = []
     changed = 0
@@ -32,12 +28,10 @@ def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
                 continue
             changed += 1
             if not check:
-                with written_whole(file) as aside:
-                    aside.write_text(canonical, encoding="utf-8", newline="\n")
+                write_file(file, canonical)
             done = "would reformat" if check else "reformatted"
             click.echo(printable(f"{done} {file}"), err=True)
         except BgError as problem:
             problems.extend(problem.diagnostics)
     print_diagnostics(problems)
-    if problems or (check and changed):
-        context.exit(AT_FAULT)
+    return AT_FAULT if problems or (check and changed) else 0

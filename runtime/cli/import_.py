@@ -1,39 +1,32 @@
-"""`bgc import`."""
-
-from __future__ import annotations
+"""Write and check 3: write a robot (URDF, MJCF) or another tool's model as a .bg file."""
 
 from pathlib import Path
+from typing import Annotated
 
 import click
 
 from bgc.diagnostics.catalogue.reference import file_exists
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.cli.app import print_diagnostics, printable
-from bgc.runtime.cli.options import check_target
+from bgc.runtime.cli.command import Target, command, option, require
+from bgc.runtime.cli.options import File
+from bgc.runtime.cli.printing import print_diagnostics, print_written, write_file
 from bgc.runtime.importing.importing import Choices, import_text
-from bgc.runtime.results.files import written_whole
 
 
-@click.command("import")
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("-o", "--out", metavar="FILE", help="File to write; - for standard output.")
-@click.option("--force", is_flag=True, help="Replace a file that exists.")
-@click.option(
-    "--package",
-    "packages",
-    metavar="NAME=FOLDER",
-    multiple=True,
-    help="Folder of package://NAME/. May be repeated.",
-)
-@click.option("--no-limits", is_flag=True, help="Leave out the end stops of joints.")
-@click.option("--floating", is_flag=True, help="In the example scene, let the robot's base float.")
+@command(name="import")
 def import_(
-    file: Path,
-    out: str | None,
-    force: bool,
-    packages: tuple[str, ...],
-    no_limits: bool,
-    floating: bool,
+    file: File,
+    out: Annotated[
+        str | None,
+        option("File to write; - for standard output.", "-o", "--out", type=Target(".bg", "-")),
+    ],
+    force: Annotated[bool, option("Replace a file that exists.")],
+    packages: Annotated[
+        tuple[str, ...],
+        option("Folder of package://NAME/. May be repeated.", "--package", metavar="NAME=FOLDER"),
+    ],
+    no_limits: Annotated[bool, option("Leave out the end stops of joints.")],
+    floating: Annotated[bool, option("In the example scene, let the robot's base float.")],
 ) -> None:
     """Write FILE, a model of another tool, as a .bg file.
 
@@ -46,28 +39,21 @@ def import_(
     bgc import arm.urdf --package arm_description=../arm
     bgc import ant.xml -o - | less
     """
-    target = out if out is not None else f"{file.stem}.bg"
-    check_target(target, (".bg", "-"))
-    goal = Path(target)
-    if target != "-" and goal.exists() and not force:
-        raise BgError([file_exists(target, "--force")])
-    folder = Path() if target == "-" else goal.parent
-    choices = Choices(_folders(packages), not no_limits, floating)
-    imported = import_text(file, folder, choices)
+    goal = Path(out or f"{file.stem}.bg")
+    if out != "-" and goal.exists() and not force:
+        raise BgError([file_exists(str(goal), "--force")])
+    choices = Choices(dict(map(_folder, packages)), not no_limits, floating)
+    imported = import_text(file, Path() if out == "-" else goal.parent, choices)
     print_diagnostics(imported.warnings)
-    if target == "-":
+    if out == "-":
         click.echo(imported.text, nl=False)
-        return
-    with written_whole(goal) as aside:
-        aside.write_text(imported.text, encoding="utf-8", newline="\n")
-    click.echo(printable(f"wrote {goal}"))
+    else:
+        write_file(goal, imported.text)
+        print_written(str(goal))
 
 
-def _folders(texts: tuple[str, ...]) -> dict[str, Path]:
-    found = {}
-    for text in texts:
-        name, equals, folder = text.partition("=")
-        if not (name and equals and folder):
-            raise click.UsageError(f"--package {text}: write --package NAME=FOLDER")
-        found[name] = Path(folder)
-    return found
+def _folder(text: str) -> tuple[str, Path]:
+    """Read NAME=FOLDER."""
+    name, _, folder = text.partition("=")
+    require(name and folder, f"--package {text}: write --package NAME=FOLDER")
+    return name, Path(folder)

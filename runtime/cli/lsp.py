@@ -1,21 +1,20 @@
-"""`bgc lsp`."""
-
-from __future__ import annotations
+"""Write and check 9: serve an editor: diagnostics, completion, hover, hints, names."""
 
 import os
 import sys
 from contextlib import redirect_stdout
-
-import click
+from typing import Annotated
 
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.cli.command import command, option
 from bgc.runtime.documents.methods import GROUP
 
 
-@click.command()
-@click.option("--stdio", is_flag=True, hidden=True, help="Accepted for editors; always so.")
-def lsp(stdio: bool) -> None:
+@command()
+def lsp(
+    stdio: Annotated[bool, option("Accepted for editors; always so.", hidden=True)],
+) -> None:
     """Serve an editor: diagnostics, completion, hover, hints, names, formatting.
 
     It speaks the language server protocol over standard input and output, and is started by the

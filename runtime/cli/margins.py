@@ -1,30 +1,26 @@
-"""`bgc margins`."""
+"""Linear models 4: print stability margins, draw Nyquist and Nichols charts."""
 
-from __future__ import annotations
+from typing import Annotated
 
-from pathlib import Path
-
-import click
-
-from bgc.runtime.cli.linear_options import PICTURES, channel_command, range_options
-from bgc.runtime.cli.options import check_target
+from bgc.runtime.cli.command import command, option
+from bgc.runtime.cli.linear_options import ChannelOptions, High, Low
+from bgc.runtime.cli.options import PICTURE
 from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.margins import loop_response
 from bgc.runtime.linear.margins import margins as margins_of
-from bgc.runtime.linear.state_space import Linearisation
 
 
-@click.command()
-@channel_command(closable=False)
-@range_options
-@click.option("--nyquist", metavar="FILE", help="Draw the Nyquist curve: .png, .svg or .pdf.")
-@click.option("--nichols", metavar="FILE", help="Draw the Nichols chart: .png, .svg or .pdf.")
+@command()
 def margins(
-    linear: Linearisation,
-    low: float | None,
-    high: float | None,
-    nyquist: str | None,
-    nichols: str | None,
+    channel: ChannelOptions,
+    low: Low,
+    high: High,
+    nyquist: Annotated[
+        str | None, option("Draw the Nyquist curve: .png, .svg or .pdf.", type=PICTURE)
+    ],
+    nichols: Annotated[
+        str | None, option("Draw the Nichols chart: .png, .svg or .pdf.", type=PICTURE)
+    ],
 ) -> None:
     """Print the stability margins of a loop around an input and an output of a scene of FILE.
 
@@ -32,8 +28,7 @@ def margins(
     their margins, the delay margin, the least distance of the curve from -1, and the verdict.
     Without --from and --to the range reaches all crossovers.
     """
-    check_target(nyquist, PICTURES)
-    check_target(nichols, PICTURES)
+    linear = channel.linear()
     response = loop_response(linear, low, high)
     print_tables(margins_of(linear, response).tables())
     if nyquist is None and nichols is None:
@@ -42,7 +37,7 @@ def margins(
     from bgc.runtime.linear.loop_charts import plot_nichols, plot_nyquist
 
     if nyquist is not None:
-        plot_nyquist(response, Path(nyquist))
+        plot_nyquist(response, nyquist)
     if nichols is not None:
-        plot_nichols(response, Path(nichols))
+        plot_nichols(response, nichols)
     print_written(nyquist, nichols)

@@ -1,32 +1,33 @@
-"""`bgc modes`."""
-
-from __future__ import annotations
+"""Linear models 1: print the modes: periods, damping, participating states."""
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import click
 import numpy as np
 
-from bgc.runtime.cli.linear_options import PICTURES, open_linear, plot_option, scene_options
-from bgc.runtime.cli.options import check_target
+from bgc.runtime.cli.command import command, option
+from bgc.runtime.cli.linear_options import LinearOptions
+from bgc.runtime.cli.options import PICTURE, TABLE
 from bgc.runtime.cli.printing import print_tables, print_written
 from bgc.runtime.linear.tables import mode_table, write_modes
 
 
-@click.command()
-@scene_options
-@click.option("--full", is_flag=True, help="Print all modes, however many.")
-@click.option("--out", metavar="FILE", help="Write the modes: .csv.")
-@plot_option("the eigenvalues in the complex plane")
-def modes(full: bool, out: str | None, plot: str | None, **scene: Any) -> None:
+@command()
+def modes(
+    model: LinearOptions,
+    full: Annotated[bool, option("Print all modes, however many.")],
+    out: Annotated[str | None, option("Write the modes: .csv.", type=TABLE)],
+    plot: Annotated[
+        str | None,
+        option("Draw the eigenvalues in the complex plane: .png, .svg or .pdf.", type=PICTURE),
+    ],
+) -> None:
     """Print the modes of a scene of FILE: period, damping, time constant, participating states.
 
     The scene is linearised at the initial state, at a time (--at) or in equilibrium (--steady).
     """
-    check_target(out, (".csv",))
-    check_target(plot, PICTURES)
-    linear = open_linear(**scene)
+    linear = model.linear()
     found = linear.modes()
     print_tables([mode_table(found, full)])
     if not found:
@@ -37,5 +38,5 @@ def modes(full: bool, out: str | None, plot: str | None, **scene: Any) -> None:
         # Loads matplotlib.
         from bgc.runtime.linear.pole_charts import plot_poles
 
-        plot_poles(linear.eigenvalues(), np.empty(0, dtype=complex), "eigenvalues", Path(plot))
+        plot_poles(linear.eigenvalues(), np.empty(0, dtype=complex), "eigenvalues", plot)
     print_written(out, plot)

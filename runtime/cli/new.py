@@ -1,9 +1,8 @@
-"""`bgc new`."""
-
-from __future__ import annotations
+"""Write and check 1: write a small model and scene to begin with."""
 
 import re
 from pathlib import Path
+from typing import Annotated
 
 import click
 
@@ -12,9 +11,9 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.grammar.words import RESERVED
 from bgc.language.elements import ELEMENTS
 from bgc.reference.library import declarations
-from bgc.runtime.cli.options import check_target
+from bgc.runtime.cli.command import argument, command, option
+from bgc.runtime.cli.printing import write_file
 from bgc.runtime.documents.templates import render_template
-from bgc.runtime.results.files import written_whole
 
 TEMPLATES = {
     "plain": "a mass on a spring and a damper",
@@ -24,16 +23,19 @@ TEMPLATES = {
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-@click.command()
-@click.argument("name")
-@click.option(
-    "--template",
-    type=click.Choice(list(TEMPLATES)),
-    default="plain",
-    show_default=True,
-    help="; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
-)
-def new(name: str, template: str) -> None:
+@command()
+def new(
+    name: Annotated[str, argument()],
+    template: Annotated[
+        str,
+        option(
+            "; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
+            type=click.Choice(list(TEMPLATES)),
+            default="plain",
+            show_default=True,
+        ),
+    ],
+) -> None:
     """Write NAME.bg: a small commented model and a scene that runs.
 
     NAME may begin with a folder that exists. A file is never replaced.
@@ -41,25 +43,21 @@ def new(name: str, template: str) -> None:
     path = Path(name if name.endswith(".bg") else f"{name}.bg")
     if not _NAME.fullmatch(path.stem) or path.stem in RESERVED:
         raise BgError([bad_new_name(name, path.stem)])
-    check_target(str(path), (".bg",))
     if path.exists():
         raise BgError([file_exists(str(path))])
     text = render_template(
         f"{template}.bg.j2", model=_model_name(path.stem), scene=path.stem, file=path.name
     )
-    with written_whole(path) as aside:
-        aside.write_text(text, encoding="utf-8")
-    click.echo(f"{path}: {TEMPLATES[template]}")
-    steps = (
-        (f"bgc run {path} --plot {path.with_suffix('.png')}", "simulate it, draw the result"),
-        (f"bgc causality {path}", "the causal strokes and their reasons"),
-        (f"bgc doc {path}", "what the file declares"),
-        ("bgc doc", "elements, words, functions, library parts"),
-    )
-    width = max(len(command) for command, _ in steps)
-    click.echo("next:")
-    for command, purpose in steps:
-        click.echo(f"  {command:<{width}}  {purpose}")
+    write_file(path, text)
+    steps = {
+        f"bgc run {path} --plot {path.with_suffix('.png')}": "simulate it, draw the result",
+        f"bgc causality {path}": "the causal strokes and their reasons",
+        f"bgc doc {path}": "what the file declares",
+        "bgc doc": "elements, words, functions, library parts",
+    }
+    width = max(map(len, steps))
+    lines = (f"  {command:<{width}}  {purpose}" for command, purpose in steps.items())
+    click.echo("\n".join((f"{path}: {TEMPLATES[template]}", "next:", *lines)))
 
 
 def _model_name(stem: str) -> str:

@@ -1,27 +1,12 @@
-"""`bgc optimise`."""
+"""Run 6: find the parameters that make an observable least or largest."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
 import click
 
-from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
-from bgc.runtime.cli.options import (
-    check_target,
-    method_options,
-    model_file,
-    read_assignments,
-    read_method,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
-)
-from bgc.runtime.cli.printing import print_tables, print_written
-from bgc.runtime.compiling import compile_model
-from bgc.runtime.studies.optimum import OptimisationInterrupted
+from bgc.runtime.cli.command import command, option, require
+from bgc.runtime.cli.options import PICTURE, TABLE, MethodOptions, SceneOptions
+from bgc.runtime.cli.printing import AT_FAULT, attempt, report
 
 _EPILOG = """\b
 Examples (tuned.bg: the manual, "Many runs"):
@@ -35,121 +20,89 @@ Examples (tuned.bg: the manual, "Many runs"):
 """
 
 
-@click.command(epilog=_EPILOG)
-@model_file
-@scene_option
-@set_option
-@use_option
-@click.option(
-    "--vary",
-    "varied",
-    multiple=True,
-    required=True,
-    metavar="RANGE",
-    help='Parameter of the design, with its bounds: "k=50..500 N/m". May be repeated.',
-)
-@click.option("--minimise", metavar="TEXT", help='Objective: "max(load.z)", "rms(x) from 5 s".')
-@click.option("--maximise", metavar="TEXT", help="Objective to be made as large as possible.")
-@click.option(
-    "--require",
-    "criteria",
-    multiple=True,
-    metavar="TEXT",
-    help='Limit: "max(pressure) < 210 bar". May be repeated; by default the limits of the scene.',
-)
-@click.option(
-    "--over",
-    multiple=True,
-    metavar="VALUES",
-    help='Run each design with these values of a parameter: "seed=1, 2, 3". May be repeated.',
-)
-@click.option(
-    "--judge",
-    type=click.Choice(("worst", "mean")),
-    default="worst",
-    help="With --over: take the objective of the worst case, or the mean.",
-)
-@click.option(
-    "--search",
-    type=click.Choice(("gradient", "evolution")),
-    help="gradient where the observables have derivatives, else evolution.",
-)
-@click.option(
-    "--starts",
-    type=click.IntRange(min=1),
-    default=1,
-    metavar="N",
-    help="Start at the best of N designs within the bounds.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(min=1),
-    default=10_000,
-    metavar="N",
-    help="End after N runs with the best design so far; 10,000 by default.",
-)
-@click.option("--seed", type=int, default=0, help="Seed of the starts and of the evolution.")
-@click.option("--out", metavar="FILE", help="Write the design, its objective and limits: .csv.")
-@click.option(
-    "--plot", metavar="FILE", help="Draw the best objective against the runs: .png, .svg or .pdf."
-)
-@method_options
-@click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
-@click.pass_context
+@command(epilog=_EPILOG)
 def optimise(
-    context: click.Context,
-    /,
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    varied: tuple[str, ...],
-    minimise: str | None,
-    maximise: str | None,
-    criteria: tuple[str, ...],
-    over: tuple[str, ...],
-    judge: str,
-    search: str | None,
-    starts: int,
-    runs: int,
-    seed: int,
-    out: str | None,
-    plot: str | None,
-    quiet: bool,
-    **method: Any,
-) -> None:
+    scene: SceneOptions,
+    varied: Annotated[
+        tuple[str, ...],
+        option(
+            'Parameter of the design, with its bounds: "k=50..500 N/m". May be repeated.',
+            "--vary",
+            metavar="RANGE",
+            required=True,
+        ),
+    ],
+    minimise: Annotated[str | None, option('Objective: "max(load.z)", "rms(x) from 5 s".')],
+    maximise: Annotated[str | None, option("Objective to be made as large as possible.")],
+    criteria: Annotated[
+        tuple[str, ...],
+        option(
+            'Limit: "max(pressure) < 210 bar". May be repeated; by default the limits of the '
+            "scene.",
+            "--require",
+        ),
+    ],
+    over: Annotated[
+        tuple[str, ...],
+        option(
+            'Run each design with these values of a parameter: "seed=1, 2, 3". May be repeated.',
+            metavar="VALUES",
+        ),
+    ],
+    judge: Annotated[
+        Literal["worst", "mean"],
+        option("With --over: take the objective of the worst case, or the mean.", default="worst"),
+    ],
+    search: Annotated[
+        Literal["gradient", "evolution"] | None,
+        option("gradient where the observables have derivatives, else evolution."),
+    ],
+    starts: Annotated[
+        int,
+        option(
+            "Start at the best of N designs within the bounds.",
+            type=click.IntRange(min=1),
+            default=1,
+            metavar="N",
+        ),
+    ],
+    runs: Annotated[
+        int,
+        option(
+            "End after N runs with the best design so far; 10,000 by default.",
+            type=click.IntRange(min=1),
+            default=10_000,
+            metavar="N",
+        ),
+    ],
+    seed: Annotated[int, option("Seed of the starts and of the evolution.", default=0)],
+    out: Annotated[
+        str | None, option("Write the design, its objective and limits: .csv.", type=TABLE)
+    ],
+    plot: Annotated[
+        str | None,
+        option("Draw the best objective against the runs: .png, .svg or .pdf.", type=PICTURE),
+    ],
+    method: MethodOptions,
+    quiet: Annotated[bool, option("Print no progress.", "--quiet", "-q")],
+) -> int:
     """Find the parameters of a scene of FILE that make an observable least or largest.
 
     Searches within bounds and limits, and prints the best design. The exit status is 1 if no
     design meets the limits or the search did not converge. Ctrl-C ends the search with the
     best design so far.
     """
-    if (minimise is None) == (maximise is None):
-        raise click.UsageError('give either --minimise "max(NAME)" or --maximise "max(NAME)"')
-    check_target(out, (".csv",))
-    check_target(plot, (".png", ".svg", ".pdf"))
-    arguments = read_method(method)
-    model = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
+    require(
+        (minimise is None) != (maximise is None),
+        'give either --minimise "max(NAME)" or --maximise "max(NAME)"',
     )
-    print_diagnostics(model.warnings)
-    try:
-        found = model.optimise(
+    model = scene.model(quiet)
+    found, status = attempt(
+        lambda: model.optimise(
             varied, minimise=minimise, maximise=maximise, require=criteria or None, over=over,
             judge=judge, search=search, starts=starts, runs=runs, seed=seed, progress=not quiet,
-            **arguments,
-        )  # fmt: skip
-        status = 0 if found.converged and found.feasible else AT_FAULT
-    except OptimisationInterrupted as problem:
-        click.echo(str(problem), err=True)
-        if problem.result is None:
-            context.exit(INTERRUPTED)
-        found, status = problem.result, INTERRUPTED
-    print_diagnostics(found.warnings)
-    if out is not None:
-        found.to_csv(out)
-    if plot is not None:
-        found.plot(plot)
-    print_tables(found.tables())
-    print_written(out, plot)
-    context.exit(status)
+            **method.arguments,
+        )
+    )  # fmt: skip
+    report(found, found.tables(), out, plot)
+    return status or (0 if found.converged and found.feasible else AT_FAULT)

@@ -1,242 +1,206 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what the scene that they choose is compiled to."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
-
-import click
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.devices import bad_device_option
-from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
-from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.diagnostics.diagnostic import BgError
-from bgc.language.records import Option, Where, options_of
+from bgc.language.records import Where, options_of
 from bgc.language.solver import Solver
+from bgc.options import Options
+from bgc.runtime.cli.command import (
+    Declared,
+    OptionGroup,
+    Pair,
+    Target,
+    Value,
+    argument,
+    option,
+    require,
+    signature,
+)
 from bgc.runtime.cli.completion import scenes_of
-from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.cli.printing import print_diagnostics
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
+if TYPE_CHECKING:
+    from bgc.driver import Stage, Stages
+    from bgc.runtime.model import Model
 
-MODEL_FILE = click.Path(path_type=Path)
-
-_METAVARS = {"s": "TIME", "Hz": "FREQUENCY"}  # options with a unit, read by `read_quantity`
-
-
-def model_file(command: _Command) -> _Command:
-    """Add the argument FILE."""
-    return click.argument("file", type=MODEL_FILE)(command)
+SECONDS = Value("s")
+PICTURE = Target(".png", ".svg", ".pdf")
+TABLE = Target(".csv")
 
 
-def scene_option(
-    command: _Command, text: str = "Scene to take; by default the first of the file."
-) -> _Command:
-    """Add `--scene`."""
-    return click.option("--scene", metavar="NAME", help=text, shell_complete=scenes_of)(command)
+def assigned(example: str) -> Pair:
+    """Make the type of `NAME=VALUE`, with an example for those who write another text (BG064)."""
+    return Pair(lambda text: bad_assignment(text, example))
 
 
-def set_option(command: _Command) -> _Command:
-    """Add `--set NAME=VALUE`, any number of times."""
-    text = 'Set a parameter: --set "crane.boom.mass=7 t". May be repeated.'
-    return click.option("--set", "assignments", multiple=True, metavar="NAME=VALUE", help=text)(
-        command
-    )
+ASSIGNED = assigned('--set "boom.mass=7 t"')
+
+File = Annotated[Path, argument()]
+Files = Annotated[tuple[Path, ...], argument(required=True)]
+SceneName = Annotated[
+    str | None,
+    option(
+        "Scene to take; by default the first of the file.", metavar="NAME", shell_complete=scenes_of
+    ),
+]
+Assignments = Annotated[
+    tuple[tuple[str, str], ...],
+    option(
+        'Set a parameter: --set "crane.boom.mass=7 t". May be repeated.',
+        "--set",
+        type=ASSIGNED,
+    ),
+]
+Uses = Annotated[
+    tuple[tuple[str, str], ...],
+    option(
+        'Fill a slot: --use "crane.elbow.lock=Rigid[5]". May be repeated.',
+        "--use",
+        type=assigned('--use "elbow.lock=Rigid[5]"'),
+        metavar="SLOT=TYPE",
+    ),
+]
+Whole = Annotated[bool, option("Compile the whole model, not only what the scene observes.")]
+Strict = Annotated[bool, option("Treat warnings as errors (exit status 1).")]
+Preview = Annotated[
+    bool, option("Compile quickly without optimisation (tcc if installed, otherwise -O0).")
+]
+Verify = Annotated[
+    bool, option("Check all intermediate results of the compiler (for work on bgc).")
+]
+Devices = Annotated[
+    tuple[tuple[str, str], ...],
+    option(
+        "Driver in place of the scene's: hand=./mine.so, hand=motion.csv. May be repeated.",
+        "--device",
+        type=Pair(bad_device_option),
+        metavar="NAME=DRIVER",
+    ),
+]
+_INPUT = "Input: a source (supply.e), a parameter, an input, or a channel (hand.position[3])."
+_OUTPUT = "Output: an observed name, or any expression."
+Input = Annotated[str, option(_INPUT, metavar="NAME")]
+Inputs = Annotated[tuple[str, ...], option(_INPUT, "--input", metavar="NAME")]
+Output = Annotated[str, option(_OUTPUT, metavar="NAME")]
+Outputs = Annotated[tuple[str, ...], option(_OUTPUT, "--output", metavar="NAME")]
+Duration = Annotated[
+    float | None,
+    option("Simulated time; by default that of the scene.", "--time", type=SECONDS),
+]
+Budget = Annotated[
+    float,
+    option("Longest time for the measurements.", type=SECONDS, default="120 s", show_default=True),
+]
+Json = Annotated[bool, option("Print JSON, in SI units with all digits.", "--json")]
+Scheduler = Annotated[str | None, option("Dask scheduler: tcp://10.0.0.5:8786.", metavar="ADDRESS")]
 
 
-def use_option(command: _Command) -> _Command:
-    """Add `--use`, any number of times."""
-    text = 'Fill a slot: --use "crane.elbow.lock=Rigid[5]". May be repeated.'
-    return click.option("--use", "uses", multiple=True, metavar="SLOT=TYPE", help=text)(command)
+@dataclass(frozen=True)
+class SceneOptions(OptionGroup):
+    """FILE, and the options that choose and change its scene."""
+
+    file: File
+    scene: SceneName
+    assignments: Assignments
+    uses: Uses
+
+    def options(self, **more: Any) -> Options:
+        """Options of a compilation into which the assigned values enter."""
+        return Options(self.scene, self.assignments, uses=self.uses, **more)
+
+    def stages(self, until: "Stage", **more: Any) -> "Stages":
+        """Compile up to a stage, with further fields of `Options`; print the warnings."""
+        # The compiler is slow to load, and models from the cache do without it.
+        from bgc.driver import compile_scene
+
+        stages = compile_scene(self.file, self.options(**more), until=until)
+        print_diagnostics(stages.warnings)
+        return stages
+
+    def model(self, quiet: bool = False, **more: Any) -> "Model":
+        """Load the model from the cache or compile it, and print its warnings.
+
+        Unless `quiet`, a terminal shows the stage of a compilation. `more` are fields of `Options`.
+        """
+        # Loads NumPy, which commands that run nothing do without.
+        from bgc.runtime.model import Model
+        from bgc.runtime.running.compiling import load_as
+        from bgc.runtime.running.progress import CompilingLine
+
+        options = Options(self.scene, uses=self.uses, **more)
+        with CompilingLine(self.file.name, wanted=not quiet) as line:
+            model = load_as(Model, self.file, options, dict(self.assignments), line)
+        print_diagnostics(model.warnings)
+        return model
 
 
-def device_option(command: _Command) -> _Command:
-    """Add `--device NAME=DRIVER`, any number of times."""
-    text = "Driver in place of the scene's: hand=./mine.so, hand=motion.csv. May be repeated."
-    return click.option("--device", "devices", multiple=True, metavar="NAME=DRIVER", help=text)(
-        command
-    )
+@dataclass(frozen=True)
+class PointOptions(OptionGroup):
+    """Where to linearise: by default at the initial state."""
+
+    at: Annotated[
+        float | None,
+        option("Linearise at the state after a simulation to this time.", type=SECONDS),
+    ]
+    steady: Annotated[bool, option("Linearise in the equilibrium found from the initial state.")]
+
+    def __post_init__(self) -> None:
+        require(self.at is None or not self.steady, "--at and --steady exclude each other")
+        if self.at is not None and self.at < 0:
+            raise BgError([bad_option("--at", self.at, "a time in seconds from the start on")])
+
+    @property
+    def is_given(self) -> bool:
+        """Whether one of the two options was given."""
+        return self.steady or self.at is not None
+
+    @property
+    def point(self) -> float | Literal["steady"] | None:
+        """A time, s, `steady`, or None for the initial state."""
+        return "steady" if self.steady else self.at or None
 
 
-def read_devices(texts: tuple[str, ...]) -> dict[str, str]:
-    """Read the values of `--device`; BG013 where one has no name or no driver."""
-    pairs = [text.partition("=") for text in texts]
-    for text, (name, _, driver) in zip(texts, pairs, strict=True):
-        if not (name.strip() and driver.strip()):
-            raise BgError([bad_device_option(text)])
-    return {name.strip(): driver for name, _, driver in pairs}
-
-
-def whole_option(command: _Command) -> _Command:
-    """Add `--whole`."""
-    text = "Compile the whole model, not only what the scene observes."
-    return click.option("--whole", is_flag=True, help=text)(command)
-
-
-def preview_option(command: _Command) -> _Command:
-    """Add `--preview`."""
-    text = "Compile quickly without optimisation (tcc if installed, otherwise -O0)."
-    return click.option("--preview", is_flag=True, help=text)(command)
-
-
-def strict_option(command: _Command) -> _Command:
-    """Add `--strict`."""
-    text = "Treat warnings as errors (exit status 1)."
-    return click.option("--strict", is_flag=True, help=text)(command)
-
-
-def solver_options(**texts: str) -> Callable[[_Command], _Command]:
-    """Add all options of `Solver` that commands have; `texts` replace help texts by name.
-
-    They arrive under their keywords; `read_solver` converts them.
-    """
-
-    def add(command: _Command) -> _Command:
-        for name, known in reversed([*options_of(Solver, Where.COMMAND).items()]):
-            command = _click_option(known, texts.get(name, known.help))(command)
-        return command
-
-    return add
-
-
-def _click_option(known: Option, text: str) -> Callable[[_Command], _Command]:
-    if known.kind is bool:
-        return click.option(known.flag, known.keyword, is_flag=True, help=text)
-    metavar = "NAME" if known.kind is str else _METAVARS.get(known.unit or "")
-    kind = None if metavar else known.kind
-    return click.option(known.flag, known.keyword, type=kind, metavar=metavar, help=text)
-
-
-def read_solver(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert the values of `solver_options` to arguments of `Model.simulate`, in SI units."""
-    found: dict[str, Any] = {}
+def _solver_options(**texts: str) -> dict[str, tuple[Any, Declared]]:
+    """Rows of `signature` for the options of `Solver`; `texts` replace help texts by keyword."""
+    rows: dict[str, tuple[Any, Declared]] = {}
     for known in options_of(Solver, Where.COMMAND).values():
-        value = given[known.keyword]
-        if isinstance(value, str) and known.unit in _METAVARS:
-            value = read_quantity(value, known.flag, known.unit)
-        found[known.keyword] = ("rest" if value else None) if known.kind is bool else value
-    return found
+        kind = bool if known.kind is bool else known.kind | None
+        facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}
+        facts |= {"metavar": "NAME"} if known.kind is str else {}
+        text = texts.get(known.keyword, known.help)
+        rows[known.keyword] = kind, option(text, known.flag, **facts)
+    return rows
 
 
-def method_options(command: _Command) -> _Command:
-    """Add the options of the solver, the interval between rows and the duration.
+class SolverOptions(OptionGroup):
+    """The integration method of a loop in real time and its options.
 
-    They arrive under the keywords of `Solver`, and as `every` and `duration`; `read_method`
-    converts them.
+    `arguments` are those of `Model.simulate`, in SI units.
     """
-    every = click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
-    text = 'Simulated time: "60 s"; by default that of the scene.'
-    duration = click.option("--time", "duration", metavar="TIME", help=text)
-    return solver_options()(every(duration(command)))
+
+    __signature__ = signature(_solver_options(step='Step and period of the loop: "1 ms".'))
+
+    def __init__(self, *, start: bool, **given: Any) -> None:
+        self.arguments: dict[str, Any] = {**given, "start": "rest" if start else None}
 
 
-def verify_option(command: _Command) -> _Command:
-    """Add `--verify`."""
-    text = "Check all intermediate results of the compiler (for work on bgc)."
-    return click.option("--verify", is_flag=True, help=text)(command)
+class MethodOptions(SolverOptions):
+    """The integration method, its options, and the times of the rows."""
 
-
-def input_option(*, multiple: bool) -> Callable[[_Command], _Command]:
-    """Add `--input`, once or any number of times."""
-    text = "Input: a source (supply.e), a parameter, an input, or a channel (hand.position[3])."
-    return _named("--input", "inputs" if multiple else "input_", text, multiple)
-
-
-def output_option(*, multiple: bool) -> Callable[[_Command], _Command]:
-    """Add `--output`, once or any number of times."""
-    text = "Output: an observed name, or any expression."
-    return _named("--output", "outputs" if multiple else "output", text, multiple)
-
-
-def _named(option: str, argument: str, text: str, multiple: bool) -> Callable[[_Command], _Command]:
-    def add(command: _Command) -> _Command:
-        return click.option(
-            option, argument, multiple=multiple, required=not multiple, metavar="NAME", help=text
-        )(command)
-
-    return add
-
-
-def point_options(command: _Command) -> _Command:
-    """Add `--at` and `--steady`, which exclude each other."""
-    steady = click.option(
-        "--steady", is_flag=True, help="Linearise in the equilibrium found from the initial state."
+    __signature__ = signature(
+        {
+            **_solver_options(),
+            "every": (float | None, option('Interval between rows: "10 ms".', type=SECONDS)),
+            "duration": (
+                float | None,
+                option(
+                    'Simulated time: "60 s"; by default that of the scene.', "--time", type=SECONDS
+                ),
+            ),
+        }
     )
-    at = click.option(
-        "--at", metavar="TIME", help="Linearise at the state after a simulation to this time."
-    )
-    return at(steady(command))
-
-
-def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None:
-    """Read where to linearise: a time in s, in equilibrium, or None for the initial state."""
-    if at is not None and steady:
-        raise click.UsageError("--at and --steady exclude each other")
-    if at is not None:
-        time = read_quantity(at, "--at", "s")
-        if time < 0:
-            raise BgError([bad_option("--at", time, "a time in seconds from the start on")])
-        return time or None
-    return "steady" if steady else None
-
-
-def read_assignments(
-    texts: tuple[str, ...], example: str = '--set "boom.mass=7 t"'
-) -> tuple[tuple[str, str], ...]:
-    """Read the values of `--set` or a like option; BG064 where one has no name or no value."""
-    return _read_pairs(texts, example)
-
-
-def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """Read the values of `--use`; BG064 where one has no slot or no type."""
-    return _read_pairs(texts, '--use "elbow.lock=Rigid[5]"')
-
-
-def read_pair(text: str) -> tuple[str, str]:
-    """Read OUTPUT/INPUT, separated by the last slash; BG098 where one of them is missing."""
-    output, slash, input_ = (part.strip() for part in text.rpartition("/"))
-    if not (output and slash and input_):
-        raise BgError([bad_pair(text)])
-    return output, input_
-
-
-def read_times(**texts: str | None) -> dict[str, float | None]:
-    """Read options that are times, s, by their names; None for an option that is not given."""
-    return {
-        name: None if text is None else read_quantity(text, f"--{name.replace('_', '-')}", "s")
-        for name, text in texts.items()
-    }
-
-
-def read_method(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert the values of `method_options` to arguments of `Model.simulate`, in SI units."""
-    times = read_times(time=given["duration"], every=given["every"])
-    return {"duration": times["time"], "every": times["every"], **read_solver(given)}
-
-
-def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], ...]:
-    pairs = []
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise BgError([bad_assignment(text, example)])
-        pairs.append((name, value))
-    return tuple(pairs)
-
-
-def check_target(path: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuse a file of an unknown kind, or in a missing directory, before any work is done.
-
-    `-` among the kinds stands for standard output.
-    """
-    if path is None or path in kinds:
-        return
-    if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):
-        raise BgError([unknown_file_kind(path, kinds)])
-    if not Path(path).absolute().parent.is_dir():
-        raise BgError([cannot_write(path, "there is no such directory")])
-
-
-def _is_special(path: Path) -> bool:
-    return path.exists() and not path.is_file()

@@ -1,25 +1,131 @@
-"""Tables on a terminal and in a pipe."""
+"""What commands print, write and return: tables, diagnostics, files, exit statuses."""
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
 import click
+from click.exceptions import Exit
 
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.printing.tables import Table, fitted, parted, table_text
-from bgc.runtime.cli.app import printable
 
+DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
+"""Exit statuses; see `bgc.runtime.cli.main`."""
+
+_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 _QUOTED = re.compile(r"`[^`]*`")
 _NO_BREAK = "\0"  # stands for a blank where a line does not end
 _BETWEEN = 2  # characters between columns
 _PIPE_WIDTH = 100  # characters of a line that goes to no terminal
 _SHORT = 24  # characters of a cell that is not broken over lines
 _NARROWEST = 20  # characters of a column of sentences
+
+
+def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
+    """Print diagnostics to standard error, in colour on a terminal."""
+    diagnostics = tuple(diagnostics)
+    if not diagnostics:
+        return
+    # `--help` and runs without warnings do without it.
+    from bgc.diagnostics.render import render
+
+    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    if text := render(diagnostics, colour=sys.stderr.isatty() and not plain):
+        with suppress(OSError):  # the terminal is closed: what follows may still write files
+            click.echo(printable(text), err=True, nl=False)
+
+
+def printable(text: str) -> str:
+    r"""Show the bytes of a file's name that are not UTF-8 as `\xff`."""
+    return _NOT_UTF8.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
+
+
+def attempt(run: Callable[[], Any], interrupted: str = "") -> tuple[Any, int]:
+    """Call a function that runs models; return its result and the exit status.
+
+    Where a run fails, or Ctrl-C ends it, say why, and return what the error holds as its result.
+    Where it holds none, the command ends; `interrupted` says so where the error does not.
+    """
+    # Loads NumPy.
+    from bgc.runtime.running.failures import RunInterrupted, SimulationError
+
+    try:
+        return run(), DONE
+    except SimulationError as problem:
+        print_diagnostics(problem.diagnostics)
+        return problem.result, AT_FAULT
+    except RunInterrupted as problem:
+        print_diagnostics([problem.diagnostic])
+        return problem.result, INTERRUPTED
+    except KeyboardInterrupt as problem:
+        kept = getattr(problem, "kept", False)
+        again = "; the same command computes the others" if kept else ""
+        click.echo(f"{str(problem) or interrupted}{again}", err=True)
+        found = getattr(problem, "result", None)
+        if found is None:
+            raise Exit(INTERRUPTED) from problem
+        return found, INTERRUPTED
+
+
+def report(
+    found: Any,
+    tables: Iterable[Table],
+    out: str | None = None,
+    plot: str | None = None,
+    *written: str | None,
+) -> None:
+    """Print the warnings of a result, write and draw it, print its tables, and name the files.
+
+    `written` are files that exist already.
+    """
+    print_diagnostics(found.warnings)
+    save(found, out, plot)
+    print_tables(tables)
+    print_written(out, plot, *written)
+
+
+def save(
+    found: Any, out: str | None = None, plot: str | None = None, html: str | None = None
+) -> None:
+    """Write a result as rows (to `out`; - is standard output) and as a page, and draw it."""
+    if out == "-":
+        found.write_csv(sys.stdout)
+    elif out is not None:
+        (found.to_npz if Path(out).suffix.lower() == ".npz" else found.to_csv)(out)
+    if html is not None:
+        found.to_html(html)
+    if plot is not None:
+        found.plot(plot)
+
+
+def write_rows(out: str, rows: Iterable[Iterable[object]]) -> None:
+    """Write rows as CSV to a file, or to standard output (-)."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    if out == "-":
+        click.echo(text.getvalue(), nl=False)
+    else:
+        write_file(out, text.getvalue())
+
+
+def write_file(path: str | Path, content: str | bytes) -> None:
+    """Write a whole file, or none where the system refuses (BG055)."""
+    # Loads NumPy.
+    from bgc.runtime.results.files import written_whole
+
+    with written_whole(path) as aside:
+        aside.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def print_tables(tables: Iterable[Table]) -> None:

@@ -1,19 +1,15 @@
-"""Options and live view that the commands in real time share."""
-
-from __future__ import annotations
+"""Options and the view on the terminal that the commands in real time share."""
 
 import sys
-from collections.abc import Callable, Mapping
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.cli.command import OptionGroup, Value, option, signature
+from bgc.runtime.cli.printing import print_diagnostics
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.report import Report
-from bgc.runtime.running.quantity import read_quantity
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -22,51 +18,50 @@ if TYPE_CHECKING:
 
     from bgc.runtime.cli.keys import Menu
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-
-# Option, field of RealtimeOptions, unit, text.
-_LIMITS = (
-    (
-        "--max-force",
-        "max_force",
-        "N",
-        "Largest force, such as 5 N; the device's own limit applies too.",
-    ),
-    ("--max-torque", "max_torque", "N*m", "Largest torque."),
-    ("--max-gripper-force", "max_gripper_force", "N", "Largest force of the gripper."),
-    ("--max-force-rate", "max_force_rate", "N/s", "Fastest change of the force."),
-    ("--max-power", "max_power", "W", "Largest power into the hand."),
-    ("--ramp", "ramp", "s", "Time in which the force rises (0.5 s)."),
-    ("--stale", "stale", "s", "Longest time without new data from a device with motors (0.1 s)."),
-    ("--watchdog", "watchdog", "s", "Longest time without a sample (0.1 s)."),
-)
+_LIMITS = {
+    "max_force": ("N", "Largest force, such as 5 N; the device's own limit applies too."),
+    "max_torque": ("N*m", "Largest torque."),
+    "max_gripper_force": ("N", "Largest force of the gripper."),
+    "max_force_rate": ("N/s", "Fastest change of the force."),
+    "max_power": ("W", "Largest power into the hand."),
+    "ramp": ("s", "Time in which the force rises (0.5 s)."),
+    "stale": ("s", "Longest time without new data from a device with motors (0.1 s)."),
+    "watchdog": ("s", "Longest time without a sample (0.1 s)."),
+}
 _MOST_VALUES = 12
-_VIEWS_PER_SECOND = 10
+_PERIOD = 0.1  # s between two views
 
 
-def realtime_options(command: _Command) -> _Command:
-    """Add the limits of the loop; `read_limits` converts them."""
-    for option, _, _, text in reversed(_LIMITS):
-        command = click.option(option, metavar="VALUE", help=text)(command)
-    dead_man = "Button without which there is no force: 1 to 8."
-    command = click.option("--dead-man", type=int, metavar="BUTTON", help=dead_man)(command)
-    burst = "Number of missed deadlines that ends the loop (100 with motors); 0: no limit."
-    command = click.option("--burst", type=float, metavar="COUNT", help=burst)(command)
-    policy = "Treatment of missed periods, in place of that in the scene's `deadline`."
-    choice = click.Choice(("hold", "skip", "slow"))
-    return click.option("--policy", type=choice, help=policy)(command)
+class LimitOptions(OptionGroup):
+    """Limits of a loop, as `options` of `Model.realtime`."""
 
+    __signature__ = signature(
+        {
+            "policy": (
+                Literal["hold", "skip", "slow"] | None,
+                option("Treatment of missed periods, in place of that in the scene's `deadline`."),
+            ),
+            "burst": (
+                float | None,
+                option(
+                    "Number of missed deadlines that ends the loop (100 with motors); 0: no limit.",
+                    metavar="COUNT",
+                ),
+            ),
+            "dead_man": (
+                int | None,
+                option("Button without which there is no force: 1 to 8.", metavar="BUTTON"),
+            ),
+            **{
+                name: (float | None, option(text, type=Value(unit), metavar="VALUE"))
+                for name, (unit, text) in _LIMITS.items()
+            },
+        }
+    )
 
-def read_limits(given: Mapping[str, Any]) -> RealtimeOptions:
-    """Read the options of `realtime_options`."""
-    values: dict[str, Any] = {}
-    for option, field, unit, _ in _LIMITS:
-        if given[field] is not None:
-            values[field] = read_quantity(given[field], option, unit)
-    for field in ("dead_man", "burst", "policy"):
-        if given[field] is not None:
-            values[field] = given[field]
-    return RealtimeOptions(**values)
+    def __init__(self, **given: Any) -> None:
+        known = {name: value for name, value in given.items() if value is not None}
+        self.options = RealtimeOptions(**known)
 
 
 def print_couplings(loop: Realtime, quiet: bool) -> None:
@@ -79,86 +74,75 @@ def print_couplings(loop: Realtime, quiet: bool) -> None:
     del loop.warnings[known:]
 
 
-class LiveView:
-    """A table of the loop on the terminal, drawn ten times a second off the loop.
+def follow(loop: Realtime, quiet: bool, menu: "Menu | None" = None) -> Report:
+    """Run a loop until it ends or Ctrl-C ends it; return the final report.
 
-    Nothing is drawn or imported unless `wanted` and standard error is a terminal.
+    A terminal shows a view of it ten times a second, drawn off the loop, unless `quiet`. A second
+    Ctrl-C does not wait until the force has fallen.
     """
-
-    def __init__(self, loop: Realtime, wanted: bool, menu: Menu | None = None) -> None:
-        self._loop, self._menu = loop, menu
-        self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
-        self._live: Live | None = None
-
-    def __enter__(self) -> Self:
-        if self._wanted:
-            # Slow to load, and only a terminal shows it.
-            from rich.console import Console
-            from rich.live import Live
-
-            self._live = Live(console=Console(stderr=True), auto_refresh=False, transient=True)
-            self._live.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._live is not None:
-            self._live.stop()
-        self._loop.stop(at_once=kind is not None)
-
-    def follow(self) -> Report:
-        """Show the loop until it ends or Ctrl-C ends it; return the final report.
-
-        A second Ctrl-C does not wait until the force has fallen.
-        """
+    live = None if quiet or not sys.stderr.isatty() else _live()
+    try:
+        loop.start()
         try:
-            while self._loop.step(1.0 / _VIEWS_PER_SECOND).is_running:
-                if self._menu is not None:
-                    self._menu.poll()
-                self._show()
-                self._loop.pause(1.0 / _VIEWS_PER_SECOND)
+            while loop.step(_PERIOD).is_running:
+                if menu is not None:
+                    menu.poll()
+                if live is not None:
+                    live = _updated(live, loop, menu)
+                loop.pause(_PERIOD)
         except KeyboardInterrupt:
             try:
-                return self._loop.stop()
+                return loop.stop()
             except KeyboardInterrupt:
-                return self._loop.stop(at_once=True)
-        return self._loop.close()
+                return loop.stop(at_once=True)
+        return loop.close()
+    finally:
+        if live is not None:
+            live.stop()
+        loop.stop(at_once=True)  # where an error ended the view
 
-    def _show(self) -> None:
-        if self._live is None:
-            return
-        try:
-            self._live.update(self._shown(), refresh=True)
-        except OSError:  # the terminal was closed, and the loop goes on
-            self._live = None
 
-    def _shown(self) -> Group:
-        """The state, the report as lines of the whole width, and a table of devices and values."""
-        # As above.
-        from rich.console import Group
-        from rich.table import Table
-        from rich.text import Text
+def _live() -> "Live":
+    # Slow to load, and only a terminal shows it.
+    from rich.console import Console
+    from rich.live import Live
 
-        def row(table: Table, name: str, text: str) -> None:
-            table.add_row(Text(name, style="bold"), Text(text))
+    live = Live(console=Console(stderr=True), auto_refresh=False, transient=True)
+    live.start()
+    return live
 
-        report = self._loop.report
-        head, values = (Table(box=None, show_header=False, padding=(0, 1)) for _ in range(2))
-        state = "the dead man's button is free" if report.released else "running"
-        row(head, "state", f"{state}, force {100 * report.gain:.0f} %")
-        if self._menu is not None:
-            row(head, "keys", self._menu.line())
-        for index, name in enumerate(self._loop.devices):
-            force = self._loop.last_force(index)
-            shown = ", ".join(f"{value:8.3f}" for value in force[:3])
-            row(values, name, f"force {shown} N")
-        latest = list(self._loop.latest().items())[:_MOST_VALUES]
-        for (name, value), unit in zip(latest, self._loop.course.shown, strict=False):
-            row(values, name, unit.text(value))
-        # A line that is broken at times would move all that is below it.
-        lines = [Text(f" {line}", no_wrap=True, overflow="ellipsis") for line in report.lines()]
-        return Group(head, *lines, values)
+
+def _updated(live: "Live", loop: Realtime, menu: "Menu | None") -> "Live | None":
+    try:
+        live.update(shown(loop, menu), refresh=True)
+    except OSError:  # the terminal was closed, and the loop goes on
+        return None
+    return live
+
+
+def shown(loop: Realtime, menu: "Menu | None" = None) -> "Group":
+    """The state, the report as lines of the whole width, and a table of devices and values."""
+    # As above.
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    def table(rows: list[tuple[str, str]]) -> "Table":
+        made = Table(box=None, show_header=False, padding=(0, 1))
+        for name, text in rows:
+            made.add_row(Text(name, style="bold"), Text(text))
+        return made
+
+    report = loop.report
+    state = "the dead man's button is free" if report.released else "running"
+    head = [("state", f"{state}, force {100 * report.gain:.0f} %")]
+    head += [("keys", menu.line())] if menu is not None else []
+    forces = {name: loop.last_force(index)[:3] for index, name in enumerate(loop.devices)}
+    values = [
+        (n, f"force {', '.join(f'{v:8.3f}' for v in force)} N") for n, force in forces.items()
+    ]
+    latest = list(loop.latest().items())[:_MOST_VALUES]
+    values += [(n, unit.text(v)) for (n, v), unit in zip(latest, loop.course.shown, strict=False)]
+    # A line that is broken at times would move all that is below it.
+    lines = [Text(f" {line}", no_wrap=True, overflow="ellipsis") for line in report.lines()]
+    return Group(table(head), *lines, table(values))

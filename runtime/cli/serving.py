@@ -1,7 +1,5 @@
 """The server of a command: alone until a signal ends it, or beside what the command does."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal
@@ -17,7 +15,7 @@ import click
 
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.cli.signals import ENDING
+from bgc.runtime.cli.signals import ENDING, outlive_clients
 
 _Handler = Callable[[int, FrameType | None], object]
 
@@ -103,12 +101,13 @@ def serving_beside(
         thread.join()
 
 
-def require_aiohttp(what: str) -> None:
-    """Raise BgError BG058 where the package that serves pages for `what` is missing."""
+def prepare_serving(what: str) -> None:
+    """Prepare to serve pages for `what`; BG058 where the package that does so is missing."""
     try:
         import aiohttp  # noqa: F401  (optional, and slow to load)
     except ImportError as problem:
         raise BgError([package_missing("aiohttp", what, "view")]) from problem
+    outlive_clients()
 
 
 def announcing(server: Any, no_browser: bool) -> Callable[[], None]:

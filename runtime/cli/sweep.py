@@ -1,38 +1,29 @@
-"""`bgc sweep`."""
+"""Run 4: simulate a scene for many values of its parameters."""
 
-from __future__ import annotations
-
-import sys
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import click
 import numpy as np
 
-from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
-from bgc.runtime.cli.options import (
-    check_target,
-    method_options,
-    model_file,
-    read_assignments,
-    read_method,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
+from bgc.printing.tables import Table
+from bgc.runtime.cli.command import Target, command, option, require
+from bgc.runtime.cli.options import PICTURE, MethodOptions, SceneOptions, Scheduler
+from bgc.runtime.cli.printing import (
+    AT_FAULT,
+    attempt,
+    print_diagnostics,
+    print_tables,
+    print_written,
+    save,
 )
-from bgc.runtime.cli.printing import print_tables, print_written
-from bgc.runtime.compiling import compile_model
-from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
-from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import STUDY_KINDS
 from bgc.runtime.running.sweep import DESIGNS
 from bgc.runtime.studies.sweep import Design, check_reports
 
-_TABLES = (".csv", ".npz")
-_STORE = ".zarr"
-_PICTURES = (".png", ".svg", ".pdf")
 _SHOWN = 3  # failures, and warnings of instances
 
 _EPILOG = """\b
@@ -46,156 +37,109 @@ Examples (tuned.bg: the manual, "Many runs"):
 """
 
 
-@click.command(epilog=_EPILOG)
-@model_file
-@scene_option
-@set_option
-@use_option
-@click.option(
-    "--vary",
-    "varied",
-    multiple=True,
-    metavar="VALUES",
-    help='Values of a parameter: "boom.mass=5..9 t:20" for 20 values, "k=1..100 N/m:5 log", '
-    '"seed=1, 2, 5". May be repeated.',
-)
-@click.option("--cases", metavar="FILE", help="CSV file with a column for each parameter.")
-@click.option(
-    "--sample",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Take N points spread over all ranges instead of all combinations.",
-)
-@click.option(
-    "--design",
-    type=click.Choice(DESIGNS),
-    default="latin",
-    help="How --sample spreads them; saltelli (N base points) is for Sobol indices.",
-)
-@click.option("--seed", type=int, default=0, help="Seed of the sample; 0 by default.")
-@click.option(
-    "--observe",
-    "observed",
-    multiple=True,
-    metavar="TEXT",
-    help='Keep this number of each run, and no rows: "max(tension)", "quantile(x, 0.95)", '
-    '"rms(heave) from 20 s". May be repeated.',
-)
-@click.option("--rank", is_flag=True, help="Rank the parameters by their influence.")
-@click.option(
-    "--out",
-    metavar="FILE",
-    help="File to write: .csv, .npz, .zarr (a directory, resumable), or - for standard output.",
-)
-@click.option("--plot", metavar="FILE", help="Draw the observables, or all rows: .png, .svg, .pdf.")
-@click.option(
-    "--kind",
-    type=click.Choice(STUDY_KINDS),
-    help="Kind of the plot of observables.",
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler: tcp://10.0.0.5:8786.")
-@method_options
-@click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
-@click.pass_context
+@command(epilog=_EPILOG)
 def sweep(
-    context: click.Context,
-    /,
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    varied: tuple[str, ...],
-    cases: str | None,
-    sample: int | None,
-    design: str,
-    seed: int,
-    observed: tuple[str, ...],
-    rank: bool,
-    out: str | None,
-    plot: str | None,
-    kind: str | None,
-    scheduler: str | None,
-    quiet: bool,
-    **method: Any,
-) -> None:
+    scene: SceneOptions,
+    varied: Annotated[
+        tuple[str, ...],
+        option(
+            'Values of a parameter: "boom.mass=5..9 t:20" for 20 values, "k=1..100 N/m:5 log", '
+            '"seed=1, 2, 5". May be repeated.',
+            "--vary",
+            metavar="VALUES",
+        ),
+    ],
+    cases: Annotated[
+        str | None, option("CSV file with a column for each parameter.", metavar="FILE")
+    ],
+    sample: Annotated[
+        int | None,
+        option(
+            "Take N points spread over all ranges instead of all combinations.",
+            type=click.IntRange(min=1),
+            metavar="N",
+        ),
+    ],
+    design: Annotated[
+        str,
+        option(
+            "How --sample spreads them; saltelli (N base points) is for Sobol indices.",
+            type=click.Choice(DESIGNS),
+            default="latin",
+        ),
+    ],
+    seed: Annotated[int, option("Seed of the sample; 0 by default.", default=0)],
+    observed: Annotated[
+        tuple[str, ...],
+        option(
+            'Keep this number of each run, and no rows: "max(tension)", "quantile(x, 0.95)", '
+            '"rms(heave) from 20 s". May be repeated.',
+            "--observe",
+        ),
+    ],
+    rank: Annotated[bool, option("Rank the parameters by their influence.")],
+    out: Annotated[
+        str | None,
+        option(
+            "File to write: .csv, .npz, .zarr (a directory, resumable), or - for standard output.",
+            type=Target(".csv", ".npz", ".zarr", "-"),
+        ),
+    ],
+    plot: Annotated[
+        str | None,
+        option("Draw the observables, or all rows: .png, .svg, .pdf.", type=PICTURE),
+    ],
+    kind: Annotated[
+        str | None, option("Kind of the plot of observables.", type=click.Choice(STUDY_KINDS))
+    ],
+    scheduler: Scheduler,
+    method: MethodOptions,
+    quiet: Annotated[bool, option("Print no summary and no progress bar.", "--quiet", "-q")],
+) -> int:
     """Simulate a scene of FILE for many values of its parameters.
 
     Runs all combinations of the values, or N points among them (--sample), several at once.
     After Ctrl-C or SIGTERM the instances that are done are written; the same command then
     computes the others.
     """
-    if not varied and cases is None:
-        raise click.UsageError('give --vary "NAME=LOW..HIGH", or --cases FILE')
-    if not observed and out is None and plot is None:
-        raise click.UsageError('give --out FILE, --plot FILE or --observe "max(NAME)"')
-    if not observed and (rank or kind):
-        raise click.UsageError('--rank and --kind need --observe "max(NAME)"')
-    if kind and plot is None:
-        raise click.UsageError("--kind needs --plot FILE")
-    check_target(out, (*_TABLES, _STORE, "-"))
-    check_target(plot, _PICTURES)
-    store = out if out is not None and Path(out).suffix.lower() == _STORE else None
-    arguments = read_method(method)
-    model = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
-    )
-    print_diagnostics(model.warnings)
+    require(varied or cases is not None, 'give --vary "NAME=LOW..HIGH", or --cases FILE')
+    require(observed or out or plot, 'give --out FILE, --plot FILE or --observe "max(NAME)"')
+    require(observed or not (rank or kind), '--rank and --kind need --observe "max(NAME)"')
+    require(plot or not kind, "--kind needs --plot FILE")
+    store = out if out is not None and Path(out).suffix.lower() == ".zarr" else None
+    model = scene.model(quiet)
     check_reports(model, Design(varied, sample, design, seed, cases), kind, rank)
-    status = 0
-    try:
-        found = model.sweep(
-            varied, observed, **arguments, sample=sample, design=design, seed=seed, cases=cases,
-            scheduler=scheduler, store=store, progress=not quiet, resume=True,
-        )  # fmt: skip
-    except (EnsembleInterrupted, StudyInterrupted) as problem:
-        again = "; the same command computes the others" if problem.kept else ""
-        click.echo(f"{problem}{again}", err=True)
-        found, status = problem.result, INTERRUPTED
-    except KeyboardInterrupt:
-        click.echo("interrupted before the first instance: nothing is written", err=True)
-        context.exit(INTERRUPTED)
-    _report(found)
-    if store is None:
-        _write(found, out)
-    _draw(found, plot, kind, status)
+    found, status = attempt(
+        lambda: model.sweep(
+            varied, observed, **method.arguments, sample=sample, design=design, seed=seed,
+            cases=cases, scheduler=scheduler, store=store, progress=not quiet, resume=True,
+        ),
+        "interrupted before the first instance: nothing is written",
+    )  # fmt: skip
+    _print_warnings(found)
+    save(found, None if store else out)
+    drawn = plot if not status or found.status.count("done") else None
+    if drawn is not None:
+        found.plot(drawn, **({"kind": kind} if kind else {}))
+    tables: list[Table] = []
     if not quiet:
         click.echo(_summary(found), err=out == "-")
-    tables = []
-    if isinstance(found, Study) and not quiet and out != "-":
-        tables += found.statistics().tables()
-    if isinstance(found, Study) and rank:
+        tables += found.statistics().tables() if observed and out != "-" else []
+    if rank:
         tables += found.sensitivity().tables()
     print_tables(tables)
     if not quiet:
-        print_written(out, plot if found.status.count("done") or not status else None)
-    context.exit(status or (AT_FAULT if found.failures else 0))
+        print_written(out, drawn)
+    return status or (AT_FAULT if found.failures else 0)
 
 
-def _report(found: Ensemble | Study) -> None:
-    """Print the warnings, and the first failures with their instances."""
+def _print_warnings(found: Ensemble | Study) -> None:
+    """Print the warnings, and the first failures and warnings of instances."""
     placed = [found.placed_failures()]
     if isinstance(found, Ensemble):
         placed.append(found.placed_warnings())
     shown = (diagnostic for each in placed for diagnostic in islice(each, _SHOWN))
     print_diagnostics((*found.warnings, *shown))
-
-
-def _write(found: Ensemble | Study, out: str | None) -> None:
-    if out == "-":
-        found.write_csv(sys.stdout)
-    elif out is not None and Path(out).suffix.lower() == ".npz":
-        found.to_npz(out)
-    elif out is not None:
-        found.to_csv(out)
-
-
-def _draw(found: Ensemble | Study, plot: str | None, kind: str | None, status: int) -> None:
-    if plot is None or (status and not found.status.count("done")):
-        return
-    if isinstance(found, Study):
-        found.plot(plot, kind=kind)
-    else:
-        found.plot(plot)
 
 
 def _summary(found: Ensemble | Study) -> str:

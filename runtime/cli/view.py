@@ -1,41 +1,25 @@
-"""`bgc view`."""
+"""Run 2: show a scene in the browser, live, or a recorded run."""
 
-from __future__ import annotations
-
-import sys
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
 import click
 
-from bgc.options import Options
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import (
-    check_target,
-    device_option,
-    method_options,
-    point_options,
-    preview_option,
-    read_assignments,
-    read_devices,
-    read_method,
-    read_point,
-    read_uses,
-    scene_option,
-    set_option,
-    strict_option,
-    use_option,
-    whole_option,
+    Devices,
+    MethodOptions,
+    PointOptions,
+    Preview,
+    SceneOptions,
+    Strict,
+    Whole,
 )
-from bgc.runtime.cli.serving import announcing, require_aiohttp, run_until_signal
-from bgc.runtime.cli.signals import outlive_clients
+from bgc.runtime.cli.printing import attempt, print_diagnostics, write_file
+from bgc.runtime.cli.serving import announcing, prepare_serving, run_until_signal
 from bgc.runtime.model import Model
-from bgc.runtime.results.files import written_whole
-from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import Choices, read_choices
-from bgc.runtime.running.failures import SimulationError
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.progress import CompilingLine
 from bgc.runtime.running.simulate import method_of, times_of
 from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.exchange import Exchange, Prepared
@@ -44,47 +28,27 @@ from bgc.runtime.view.page import bundle, page, replay_data
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.recording import RESULTS, Recording, read_recording, recorded
 
-_PAGES = (".html", ".htm")
 
-
-@click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@scene_option
-@set_option
-@use_option
-@whole_option
-@strict_option
-@preview_option
-@device_option
-@method_options
-@click.option(
-    "--export", metavar="FILE", help="Write a replay as one HTML file, and serve nothing."
-)
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="Port; a free one if omitted."
-)
-@click.option("--modes", is_flag=True, help="Show the modes of the linear form, one by one.")
-@point_options
-@click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
-@click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
+@command()
 def view(
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    whole: bool,
-    strict: bool,
-    preview: bool,
-    export: str | None,
-    port: int,
-    modes: bool,
-    at: str | None,
-    steady: bool,
-    no_browser: bool,
-    quiet: bool,
-    devices: tuple[str, ...],
-    **method: Any,
-) -> None:
+    scene: SceneOptions,
+    whole: Whole,
+    strict: Strict,
+    preview: Preview,
+    devices: Devices,
+    method: MethodOptions,
+    export: Annotated[
+        str | None,
+        option("Write a replay as one HTML file, and serve nothing.", type=Target(".html", ".htm")),
+    ],
+    port: Annotated[
+        int, option("Port; a free one if omitted.", type=click.IntRange(0, 65535), default=0)
+    ],
+    modes: Annotated[bool, option("Show the modes of the linear form, one by one.")],
+    point: PointOptions,
+    no_browser: Annotated[bool, option("Print the address and open no browser.")],
+    quiet: Annotated[bool, option("Print no progress.", "--quiet", "-q")],
+) -> int:
     """Show a scene of FILE in the browser: its shapes in 3D, its plots, sliders for its parameters.
 
     FILE may also be a recorded run, which is replayed: the .npz file of `bgc run FILE --shapes
@@ -96,70 +60,48 @@ def view(
     `--modes` shows the modes at the initial state, at a time (--at) or in equilibrium (--steady),
     with frequencies and damping ratios; the page animates the shapes in one of them.
     """
-    check_target(export, _PAGES)
-    if (at is not None or steady) and not modes:
-        raise click.UsageError("--at and --steady need --modes")
-    where = read_point(at, steady)
+    require(modes or not point.is_given, "--at and --steady need --modes")
     bundle()  # reports first that there is no page
-    if file.suffix.lower() in RESULTS:
-        recording = read_recording(file)
-        if export is not None:
-            _export(recording, export, quiet)
-        else:
-            _serve_recording(recording, port, no_browser)
-        return
-    arguments = read_method(method)
-    chosen = read_devices(devices)
-    options = Options(
-        scene, strict=strict, whole=whole, uses=read_uses(uses), preview=preview, shapes=True
-    )
+    status, recording = 0, None
+    if scene.file.suffix.lower() in RESULTS:
+        recording = read_recording(scene.file)
     if export is None:
-        require_aiohttp("`bgc view`")
-        outlive_clients()
-    with CompilingLine(file.name, wanted=not quiet) as line:
-        model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
-    print_diagnostics(model.warnings)
-    if modes:
-        # Loads the compiler, which a model from the cache does without.
-        from bgc.runtime.view.modes import record_modes
+        prepare_serving("`bgc view`")
+    if recording is None:
+        model = scene.model(quiet, whole=whole, strict=strict, preview=preview, shapes=True)
+        if modes:
+            # Loads the compiler, which a model from the cache does without.
+            from bgc.runtime.view.modes import record_modes
 
-        found = record_modes(model, file, options, where)
-        if export is not None:
-            _export(found, export, quiet)
+            assert model.origin is not None
+            recording = record_modes(model, *model.origin, point.point)
+        elif export is None:
+            _serve_model(model, read_choices(dict(devices)), port, no_browser, **method.arguments)
+            return 0
         else:
-            _serve_recording(found, port, no_browser)
-    elif export is not None:
-        _export_run(model, file, {**arguments, "devices": chosen}, export, quiet)
+            result, status = attempt(
+                lambda: model.simulate(
+                    **method.arguments, progress=not quiet, devices=dict(devices)
+                )
+            )
+            print_diagnostics(result.warnings)
+            recording = recorded(result, scene.file.name, model.folder)
+    if export is None:
+        _serve_recording(recording, port, no_browser)
     else:
-        _serve_model(model, file, arguments, read_choices(chosen), port, no_browser)
-
-
-def _export_run(
-    model: Model, file: Path, arguments: dict[str, Any], export: str, quiet: bool
-) -> None:
-    """Run a scene and write its replay; after a failure the rows up to there."""
-    try:
-        result = model.simulate(**arguments, progress=not quiet)
-    except SimulationError as problem:
-        print_diagnostics(problem.diagnostics)
-        _export(recorded(problem.result, file.name, model.folder), export, quiet)
-        sys.exit(AT_FAULT)
-    print_diagnostics(result.warnings)
-    _export(recorded(result, file.name, model.folder), export, quiet)
+        _export(recording, export, quiet)
+    return status
 
 
 def _export(recording: Recording, export: str, quiet: bool) -> None:
     data = replay_data(recording.description, recording.rows, recording.meshes)
-    with written_whole(export) as aside:
-        aside.write_text(page(recording.description["scene"], bundle(), data), "utf-8")
+    write_file(export, page(recording.description["scene"], bundle(), data))
     if not quiet:
         size = Path(export).stat().st_size / 1e6
         click.echo(f"wrote {export} ({size:.1f} MB, {len(recording.rows):,} rows)")
 
 
 def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
-    require_aiohttp("`bgc view`")
-    outlive_clients()
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
 
@@ -169,37 +111,39 @@ def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
 
 def _serve_model(
     model: Model,
-    file: Path,
-    arguments: dict[str, Any],
     devices: Choices,
     port: int,
     no_browser: bool,
+    *,
+    duration: float | None,
+    every: float | None,
+    start: Literal["rest"] | None,
+    solver: str | None,
+    **options: float | None,
 ) -> None:
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
 
-    duration, every = arguments.pop("duration"), arguments.pop("every")
-    start, solver = arguments.pop("start"), arguments.pop("solver")
+    assert model.origin is not None
+    name = model.origin[0].name
 
     def prepare(model: LoadedModel) -> Prepared:
-        method, notices = method_of(model, solver, arguments)
+        method, notices = method_of(model, solver, options)
         method = method.started(start)
         print_diagnostics(notices)
         if duration or model.facts.duration:
             times = times_of(model, method, duration, every)
             method = method.with_capped_step(times, model.facts.timed)
-        description = describe_model(model, file.name, devices)
+        description = describe_model(model, name, devices)
         meshes = meshes_of(description, model.folder)
         return Prepared(LiveRun(model, method, {}, devices), description, meshes)
 
     prepared = prepare(model)
-    run = prepared.run
     server = Server(prepared.description, prepared.meshes)
-    assert model.origin is not None
     exchange = Exchange(*model.origin, prepare)
-    player = Player(run, server.publish, duration, every, exchange)
+    player = Player(prepared.run, server.publish, duration, every, exchange)
     try:
-        first = run.reset()
+        first = prepared.run.reset()
         server.attach(player)
 
         def ready() -> None:
@@ -209,4 +153,4 @@ def _serve_model(
         run_until_signal(server.serve(port, ready))
     finally:
         player.close()
-        run.close()
+        prepared.run.close()

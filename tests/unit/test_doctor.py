@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from bgc.building import toolchain
-from bgc.runtime.cli import machine
-from bgc.runtime.cli.machine import Finding, Health, examine, is_well, report
+from bgc.runtime.cli import doctor
+from bgc.runtime.cli.doctor import Finding, Health, examine, is_well, report
 
 
 def named(findings: tuple[Finding, ...], name: str) -> Finding:
@@ -58,7 +58,7 @@ def test_an_unwritable_cache_is_no_illness(monkeypatch, tmp_path):
 
 
 def test_missing_packages_are_named(monkeypatch):
-    monkeypatch.setattr(machine, "find_spec", lambda name: None if name == "lark" else name)
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "lark" else name)
     packages = named(examine(), "Python packages")
     assert (packages.health, packages.remedy) == (Health.MISSING, "pip install lark")
 
@@ -66,13 +66,13 @@ def test_missing_packages_are_named(monkeypatch):
 def test_each_extra_has_its_packages_or_the_way_to_them(monkeypatch):
     """A new extra of the distribution needs a line that says what it is for."""
     extras = metadata("bgc-lang").get_all("Provides-Extra")
-    assert {*machine._EXTRAS} == {*extras} - {"dev", "site", "test"}
+    assert {*doctor._EXTRAS} == {*extras} - {"dev", "site", "test"}
     assert named(examine(), "pandas").found == f"pandas {version('pandas')}"
 
     def missing(name: str) -> str:
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr(machine, "version", missing)
+    monkeypatch.setattr(doctor, "version", missing)
     found = named(examine(), "lsp")
     assert (found.health, found.found) == (Health.OPTIONAL, "not installed")
     assert found.remedy == 'pip install "bgc-lang[lsp]", for `bgc lsp`'
@@ -97,7 +97,7 @@ def test_a_cache_that_another_command_works_in_is_examined(tmp_path):
     with ThreadPoolExecutor(1) as pool:
         pool.submit(work)
         try:
-            found = [str(named((machine._cache(),), "cache").found) for _ in range(300)]
+            found = [str(named((doctor._cache(),), "cache").found) for _ in range(300)]
         finally:
             over.set()
     assert all(text.endswith("(3.0 MB)") for text in found)

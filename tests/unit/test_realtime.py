@@ -27,7 +27,7 @@ from bgc.diagnostics.source import Source
 from bgc.driver import check_source, compile_scene
 from bgc.grammar.format import format_source
 from bgc.options import Options
-from bgc.runtime.cli.realtime import LiveView
+from bgc.runtime.cli.realtime import shown as view_of
 from bgc.runtime.realtime import loop as loop_module
 from bgc.runtime.realtime.binding import POLICIES, End
 from bgc.runtime.realtime.options import RealtimeOptions
@@ -459,7 +459,7 @@ def test_a_pose_from_python_reaches_the_model(model: Any) -> None:
     assert report.end is End.DONE and report.no_news > 0
     assert loop.latest()["x"] == 0.03
     shown = io.StringIO()
-    Console(file=shown, width=80).print(LiveView(loop, wanted=False)._shown())
+    Console(file=shown, width=80).print(view_of(loop))
     # No line of the report is broken, which would move the values below it.
     lines = [line.strip() for line in shown.getvalue().splitlines()]
     assert set(loop.report.lines()) <= set(lines)

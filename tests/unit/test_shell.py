@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 import bgc.runtime
 from bgc.resolution.library import library_folder
-from bgc.runtime.cli.app import COMMANDS, GROUPS, application
+from bgc.runtime.cli.app import application, command_groups
 from bgc.runtime.documents.manual_page import manual_page
 from bgc.runtime.running.structures import ABI
 
@@ -42,7 +42,7 @@ def test_the_version_for_people_and_for_programs():
 
 
 def test_a_shell_completes_commands_options_and_scenes():
-    assert completed("") == list(COMMANDS)
+    assert completed("") == application.list_commands(click.Context(application))
     assert completed("tr") == ["trade"]
     assert "--solver" in completed("run", "--s")
     assert completed("run", str(CRANE), "--scene", "e") == ["elevation_force"]
@@ -58,11 +58,11 @@ def test_the_script_of_a_shell_is_its_own_syntax(shell):
 
 
 def test_the_manual_page_is_that_of_the_commands(bless):
-    text = manual_page(application, GROUPS)
+    text = manual_page(application, command_groups())
     if bless:
         PAGE.write_text(text, "utf-8")
     assert PAGE.read_text("utf-8") == text, "pytest tests/unit/test_shell.py --bless writes it"
-    for name in COMMANDS:
+    for name in application.list_commands(click.Context(application)):
         assert f'.SH "bgc {name}"' in text
 
 
