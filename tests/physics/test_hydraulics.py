@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refusals
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.optimize import brentq
 
@@ -301,6 +302,4 @@ OUTSIDE = {
 def test_values_outside_their_ranges_are_diagnosed(load, scene):
     model = load("hydraulics", scene)
     for name, value in OUTSIDE[scene].items():
-        with pytest.raises(BgError) as raised:
-            model.simulate(parameters={name: value})
-        assert raised.value.diagnostics[0].code == "BG061", name
+        assert refusals(model.simulate, parameters={name: value})[0].code == "BG061", name

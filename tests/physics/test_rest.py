@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from refusals import refusal
 from scipy.optimize import brentq
 
 import bgc
@@ -173,9 +174,7 @@ def test_sources_have_their_first_values(load: Load) -> None:
 
 def test_without_a_rest_the_rates_that_remain_are_named(load: Load) -> None:
     model = load("rest", "falling")
-    with pytest.raises(bgc.BgError) as err:
-        model.simulate()
-    (diagnostic,) = err.value.diagnostics
+    diagnostic = refusal(model.simulate)
     assert diagnostic.code == "BG760"
     assert "`mass.p` changes by " in diagnostic.message
     ensemble = model.simulate_many({"pull": [0.0, -2 * 9.81]}, 1.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refusals
 
 import bgc
 from bgc.runtime.model import Model
@@ -79,13 +80,9 @@ def test_a_scene_may_ask_for_it(tmp_path: Path) -> None:
 def test_a_mode_that_has_no_rest_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "restless.bg"
     file.write_text("model M { state x = 1; der(x) = 1000*(x^2 + 1); }\nscene s of M { run 1 us; }")
-    with pytest.raises(bgc.BgError) as problem:
-        bgc.compile(file).simulate(settle=1)
-    assert problem.value.diagnostics[0].code == "BG717"
+    assert refusals(lambda: bgc.compile(file).simulate(settle=1))[0].code == "BG717"
 
 
 def test_rates_that_are_not_determined_are_refused(load: Load) -> None:
     amplifier = load("ivp/transistor_amplifier", None)
-    with pytest.raises(bgc.BgError) as problem:
-        amplifier.simulate(settle=1)
-    assert problem.value.diagnostics[0].code == "BG718"
+    assert refusals(amplifier.simulate, settle=1)[0].code == "BG718"

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import pytest
+from refusals import refusal
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
@@ -123,10 +123,7 @@ class World:
         return evaluate_nodes(self.dag, self.evaluate(text).nodes, values)
 
     def diagnostic(self, text: str) -> Diagnostic:
-        with pytest.raises(BgError) as caught:
-            self.evaluate(text)
-        (diagnostic,) = caught.value.diagnostics
-        return diagnostic
+        return refusal(self.evaluate, text)
 
 
 def _declarations(text: str) -> tuple[syntax.Declaration, ...]:

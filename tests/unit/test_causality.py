@@ -9,6 +9,7 @@ from graphs import GraphBuilder, drawn, rlc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
+from refusals import codes_of, refusal
 
 from bgc.algebra.dag import Op
 from bgc.causality.assign import assign_causality
@@ -19,9 +20,7 @@ from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:
-    with pytest.raises(BgError) as caught:
-        assign_causality(g.build())
-    return [d.code for d in caught.value.diagnostics]
+    return codes_of(lambda: assign_causality(g.build()))
 
 
 def kinds(g: GraphBuilder) -> list[BasisKind]:
@@ -56,9 +55,7 @@ def test_two_efforts_on_one_junction_conflict() -> None:
         "first : Se(1); second : Se(2); node : J0; load : R(1); first -> node; "
         "second -> node -> load"
     )
-    with pytest.raises(BgError) as caught:
-        assign_causality(g.build())
-    (diagnostic,) = caught.value.diagnostics
+    diagnostic = refusal(lambda: assign_causality(g.build()))
     assert diagnostic.code == "BG501"
     assert "`first` and `second` both set the same effort" in diagnostic.message
     assert diagnostic.note == "they are connected through first - node - second"

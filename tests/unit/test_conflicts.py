@@ -1,8 +1,8 @@
 """Messages about refused graphs: both causes, and the way between them, in the source."""
 
-import pytest
+from refusals import refusal
 
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
 from bgc.options import Options
@@ -11,10 +11,7 @@ from bgc.options import Options
 def refused(tmp_path, text: str) -> Diagnostic:
     path = tmp_path / "m.bg"
     path.write_text(text)
-    with pytest.raises(BgError) as caught:
-        compile_scene(path, Options(), until="equations")
-    (diagnostic,) = caught.value.diagnostics
-    return diagnostic
+    return refusal(lambda: compile_scene(path, Options(), until="equations"))
 
 
 def marked(diagnostic: Diagnostic) -> dict[str, str]:

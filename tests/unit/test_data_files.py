@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refusal
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
@@ -26,9 +27,7 @@ def read(folder: Path, content: str | bytes, name: str = "d.csv") -> data_files.
 
 
 def reason(folder: Path, content: str | bytes, name: str = "d.csv") -> str:
-    with pytest.raises(BgError) as caught:
-        read(folder, content, name)
-    (diagnostic,) = caught.value.diagnostics
+    diagnostic = refusal(read, folder, content, name)
     assert diagnostic.help
     return f"{diagnostic.code} {diagnostic.message}"
 

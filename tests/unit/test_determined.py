@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.integrate import solve_ivp
 
 import bgc
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.expanded import expanded_text
-from bgc.diagnostics.diagnostic import BgError
 
 PENDULUM = """model P {
   param l = 2 m; param g = 9.81 m/s^2;
@@ -27,10 +27,7 @@ def compiled(tmp_path, text, **options):
 
 
 def refused(tmp_path, text, **options):
-    with pytest.raises(BgError) as caught:
-        compiled(tmp_path, text, **options).simulate(1.0)
-    (diagnostic,) = caught.value.diagnostics
-    return diagnostic
+    return refusal(lambda: compiled(tmp_path, text, **options).simulate(1.0))
 
 
 def linear(rows, values=""):

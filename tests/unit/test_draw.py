@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 from graphs import drawn, rlc
+from refusals import refusals
 
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
@@ -138,9 +139,7 @@ def test_graphviz_takes_it():
 
 @needs_dot
 def test_what_graphviz_refuses_is_a_diagnostic():
-    with pytest.raises(BgError) as error:
-        lay_out("digraph {", "svg")
-    assert error.value.diagnostics[0].code == "BG057"
+    assert refusals(lay_out, "digraph {", "svg")[0].code == "BG057"
 
 
 def test_without_graphviz_it_says_what_to_install(monkeypatch, tmp_path):

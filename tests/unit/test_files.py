@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from parsed import show, wrong
+from refusals import refusal
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
@@ -37,9 +38,7 @@ def test_setting() -> None:
     ],
 )
 def test_wrong_setting(text: str, code: str) -> None:
-    with pytest.raises(BgError) as caught:
-        parse_setting(Source("--set", text))
-    (diagnostic,) = caught.value.diagnostics
+    diagnostic = refusal(lambda: parse_setting(Source("--set", text)))
     assert diagnostic.code == code, diagnostic.message
 
 
@@ -71,9 +70,7 @@ def test_a_file_is_answered_with_the_spelling_of_such_a_unit() -> None:
 
 
 def code_of(path: Path) -> str:
-    with pytest.raises(BgError) as caught:
-        read_source(path)
-    (diagnostic,) = caught.value.diagnostics
+    diagnostic = refusal(read_source, path)
     return f"{diagnostic.code}: {diagnostic.message}"
 
 

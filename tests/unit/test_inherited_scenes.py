@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from refusals import codes_of, refusals
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError, Severity
@@ -82,9 +83,7 @@ def test_other_statements_add_in_order():
 
 
 def test_a_column_of_an_inherited_name_is_refused():
-    with pytest.raises(BgError) as err:
-        derived("observe cell.e as current;")
-    assert [d.code for d in err.value.diagnostics] == ["BG621"]
+    assert codes_of(derived, "observe cell.e as current;") == ["BG621"]
 
 
 def test_a_device_is_replaced_by_its_name():
@@ -180,9 +179,7 @@ def test_a_scene_of_an_imported_file_is_extended(tmp_path):
 
 
 def refused(path: Path):
-    with pytest.raises(BgError) as err:
-        load(path)
-    return err.value.diagnostics
+    return refusals(load, path)
 
 
 def test_an_imported_scene_of_two_files_is_ambiguous(tmp_path):
@@ -201,9 +198,7 @@ def test_an_imported_scene_of_two_files_is_ambiguous(tmp_path):
 def test_too_long_a_line_is_refused():
     text = MODEL + BASE + "scene s0 is base { }\n"
     text += "".join(f"scene s{k} is s{k - 1} {{ }}\n" for k in range(1, 101))
-    with pytest.raises(BgError) as err:
-        load_text(text)
-    assert [d.code for d in err.value.diagnostics] == ["BG248"]
+    assert codes_of(load_text, text) == ["BG248"]
 
 
 def test_options_change_a_derived_scene(tmp_path):

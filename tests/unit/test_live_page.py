@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from chromium import CHROMIUM, View
 from click.testing import CliRunner
+from refusals import refusal
 
 import bgc
 from bgc.building.cache import open_cache
@@ -299,10 +300,7 @@ def test_a_device_that_no_browser_has_is_the_hand_of_the_page(file):
 
 
 def code_of(work):
-    with pytest.raises(BgError) as raised:
-        work()
-    (found,) = raised.value.diagnostics
-    return found
+    return refusal(work)
 
 
 def test_a_page_of_a_large_graph_has_none_and_says_so(model, monkeypatch):

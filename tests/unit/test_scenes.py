@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from refusals import refusal
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.diagnostic import BgError
@@ -139,9 +140,7 @@ def test_mistakes_on_the_command_line(target, value, code):
 
 
 def test_an_input_without_a_value_names_the_drive():
-    with pytest.raises(BgError) as caught:
-        scene("observe height;")
-    (problem,) = caught.value.diagnostics
+    problem = refusal(scene, "observe height;")
     assert problem.code == "BG218"
     assert "drive" in problem.help
 

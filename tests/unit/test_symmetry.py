@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 
 import bgc
-from bgc.diagnostics.diagnostic import BgError, Severity
+from bgc.diagnostics.diagnostic import Severity
 from bgc.runtime.running.binding import text
 
 FREE = (
@@ -37,10 +38,7 @@ def checks_of(model):
 
 
 def refused(model, **changes):
-    with pytest.raises(BgError) as caught:
-        model.simulate(**changes)
-    (found,) = caught.value.diagnostics
-    return found
+    return refusal(model.simulate, **changes)
 
 
 @pytest.mark.parametrize("body", [BEAM, MERGED])

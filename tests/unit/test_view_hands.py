@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
+from refusals import refusal
 from view_server import address, home, serving
 
 import bgc
 from bgc.building.build import runtime_directory
-from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene_tables import DEVICE_INPUTS
 from bgc.runtime.running.devices import DeviceChoice, read_choices
 from bgc.runtime.running.simulate import method_of
@@ -116,9 +116,7 @@ def test_a_page_that_goes_while_it_holds_a_device_lets_go(run, model, monkeypatc
 def test_a_device_of_a_real_hand_is_not_taken(run, model):
     run.hands = Hands(model, {"two": DeviceChoice("udp", "port=5005\n")})
     for name, words in (("two", "--device two=pointer"), ("three", "`one`, `two`")):
-        with pytest.raises(BgError) as caught:
-            run.hand(name, {"position": [0, 0, 0]})
-        (found,) = caught.value.diagnostics
+        found = refusal(run.hand, name, {"position": [0, 0, 0]})
         assert found.code == "BG756" and words in f"{found.message} {found.help}"
     events = []
     player = Player(run, lambda *event: events.append(event))
