@@ -11,27 +11,34 @@ from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Heading, Text
 
 _LISTED = re.compile(r"^\d+\. \[.+\]\((manual/\S+\.md)\)", re.MULTILINE)
-_TOPIC = re.compile(r"^## (.+)$", re.MULTILINE)
+_SECTION = re.compile(r"^## (.+)$", re.MULTILINE)
 _MOST_FOUND = 3  # titles that hold a word
-_FENCE = re.compile(r"^```")
-_ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ")
+_BLOCK = re.compile(
+    r"""
+    ^```[^\n]*\n (?P<code>.*?) (?:\n```$|\Z)
+    | ^(?P<table>(?:\|[^\n]*(?:\n|\Z))+)
+    | ^\#+\ (?P<heading>[^\n]+)
+    # a paragraph or an item of a list, which ends before a block of another kind
+    | ^(?P<text>[^\n]*\S[^\n]*(?:\n(?!```|\||\#|\s*(?:[-*]|\d+\.)\ |\s*$)[^\n]+)*)
+    """,
+    re.MULTILINE | re.DOTALL | re.VERBOSE,
+)
 _RULE = re.compile(r"^\|[-:| ]+\|$")
 _LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 
 
 @cache
-def _chapters() -> dict[str, str]:
-    """Return the text of each chapter by its name, in the order of the index.
+def _chapters() -> dict[str, tuple[str, str]]:
+    """Return the title and text of each chapter by its name, in the order of the index.
 
     Empty where there is no manual.
     """
     folder = resources.files("bgc.grammar")
     index = folder / "LANGUAGE.md"
-    if not index.is_file():
-        return {}
-    files = _LISTED.findall(index.read_text("utf-8"))
+    files = _LISTED.findall(index.read_text("utf-8")) if index.is_file() else ()
     texts = ((folder / file).read_text("utf-8").removeprefix("# ") for file in files)
-    return {_name(text.partition("\n")[0]): text for text in texts}
+    split = (text.partition("\n") for text in texts)
+    return {_name(title): (title, text) for title, _, text in split}
 
 
 def _name(title: str) -> str:
@@ -40,87 +47,55 @@ def _name(title: str) -> str:
 
 
 def _summaries() -> dict[str, str]:
-    return {name: text.partition("\n")[0] for name, text in _chapters().items()}
+    return {name: title for name, (title, _) in _chapters().items()}
 
 
 def _entry(name: str) -> Entry:
-    title, _, text = _chapters()[name].partition("\n")
+    title, text = _chapters()[name]
     return Entry("chapter", name, title, tuple(_blocks(text)))
 
 
 def _others(text: str) -> tuple[Entry, ...]:
-    """Find chapters and topics by their titles, else by a word of them: `signs`.
+    """Find chapters and sections by their titles, else by a word of them: `signs`.
 
     A word of more than three titles finds none.
     """
     wanted = _name(text)
-    known = [*_chapters(), *_topics()]
+    known = [*_chapters(), *_sections()]
     found = [n for n in known if n == wanted] or [n for n in known if wanted in n.split("-")]
     if not wanted or len(found) > _MOST_FOUND:
         return ()
-    return tuple(_entry(n) if n in _chapters() else _topic(n) for n in found)
+    return tuple(_entry(n) if n in _chapters() else _section(n) for n in found)
 
 
 @cache
-def _topics() -> dict[str, tuple[str, str, str]]:
+def _sections() -> dict[str, tuple[str, str, str]]:
     """Return the sections of chapters by name: the chapter, the title and the text of each."""
     found: dict[str, tuple[str, str, str]] = {}
-    for chapter, content in _chapters().items():
-        pieces = _TOPIC.split(content)
+    for chapter, (_, content) in _chapters().items():
+        pieces = _SECTION.split(content)
         for title, text in zip(pieces[1::2], pieces[2::2], strict=True):
             found.setdefault(_name(title), (chapter, title, text))
-    return {name: topic for name, topic in found.items() if name not in _chapters()}
+    return {name: section for name, section in found.items() if name not in _chapters()}
 
 
-def _topic(name: str) -> Entry:
-    chapter, title, text = _topics()[name]
-    return Entry("topic", name, _plain(title), tuple(_blocks(text)), (f"manual {chapter}",))
+def _section(name: str) -> Entry:
+    chapter, title, text = _sections()[name]
+    return Entry("section", name, _plain(title), tuple(_blocks(text)), (f"manual {chapter}",))
 
 
 def _blocks(text: str) -> Iterator[Block]:
     """Read the part of Markdown that the manual uses."""
-    lines = iter(text.splitlines())
-    paragraph: list[str] = []
-    for line in lines:
-        if _FENCE.match(line) or line.startswith("|"):
-            yield from _paragraph(paragraph)
-        if _FENCE.match(line):
-            yield Code("\n".join(_until_fence(lines)))
-        elif line.startswith("|"):
-            yield _table([line, *_while_table(lines, paragraph)])
-        elif line.startswith("#"):
-            yield from _paragraph(paragraph)
-            yield Heading(_plain(line.lstrip("# ")))
-        elif not line.strip():
-            yield from _paragraph(paragraph)
-        elif _ITEM.match(line):
-            yield from _paragraph(paragraph)
-            paragraph.append(line)
-        else:
-            paragraph.append(line)
-    yield from _paragraph(paragraph)
-
-
-def _paragraph(lines: list[str]) -> Iterator[Text]:
-    if lines:
-        yield Text(_plain(" ".join(line.strip() for line in lines)))
-        lines.clear()
-
-
-def _until_fence(lines: Iterator[str]) -> Iterator[str]:
-    for line in lines:
-        if _FENCE.match(line):
-            return
-        yield line
-
-
-def _while_table(lines: Iterator[str], rest: list[str]) -> Iterator[str]:
-    """The other lines of a table; the one behind it begins the next paragraph."""
-    for line in lines:
-        if not line.startswith("|"):
-            rest.extend([line] if line.strip() else [])
-            return
-        yield line
+    for found in _BLOCK.finditer(text):
+        match found.lastgroup:
+            case "code":
+                yield Code(found["code"])
+            case "table":
+                yield _table(found["table"].splitlines())
+            case "heading":
+                yield Heading(_plain(found["heading"]))
+            case _:
+                yield Text(_plain(" ".join(found["text"].split())))
 
 
 def _table(lines: list[str]) -> Table:
@@ -140,6 +115,14 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<![\w*])(\*\*|\*)(?=\S)(.+?)(?<=\S)\1(?![\w*])", r"\2", text)
 
 
+def _texts() -> dict[str, tuple[str, str]]:
+    """The title and the text of each section, and of each chapter up to its first section."""
+    sections = {name: (_plain(title), text) for name, (_, title, text) in _sections().items()}
+    return sections | {
+        name: (title, _SECTION.split(text)[0]) for name, (title, text) in _chapters().items()
+    }
+
+
 GROUP = Group(
     "manual",
     "chapters of the manual",
@@ -147,5 +130,6 @@ GROUP = Group(
     _entry,
     aliases=("chapters", "language"),
     other=_others,
+    texts=_texts,
 )
 """The chapters of the manual."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from bgc.diagnostics.catalogue.pages import find_page, near_pages, pages, topics
+from bgc.diagnostics.catalogue.pages import find_page, pages, topics
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Entry, Group, paragraphs
 
@@ -20,11 +20,6 @@ def _entry(code: str) -> Entry:
 def _others(text: str) -> tuple[Entry, ...]:
     """Find `bg301` and `301` too."""
     return (_entry(text),) if find_page(text) is not None else ()
-
-
-def near_codes(text: str) -> dict[str, str]:
-    """Return codes and titles that a text with digits may mean."""
-    return {code: _title(page) for code, page in near_pages(text).items()}
 
 
 def _title(page: str) -> str:
@@ -43,21 +38,13 @@ def _summaries() -> dict[str, str]:
     return {code: _title(page) for code, page in pages().items()}
 
 
-class _Codes(Group):
-    """The group of diagnostics, listed by topic."""
-
-    __slots__ = ()
-
-    def overview(self) -> Entry:
-        return Entry("list", self.name, self.title, _by_topic())
-
-
-GROUP = _Codes(
+GROUP = Group(
     "diagnostics",
     "errors and warnings by topic",
     _summaries,
     _entry,
     aliases=("codes", "diagnostic", "errors", "warnings"),
+    listing=_by_topic,
     other=_others,
 )
 """All diagnostics."""

@@ -48,6 +48,11 @@ class Entry:
     body: tuple[Block, ...] = ()
     see_also: tuple[str, ...] = ()
 
+    @property
+    def text(self) -> str:
+        """Its paragraphs and code."""
+        return "\n".join(block.text for block in self.body if not isinstance(block, Table))
+
 
 @dataclass(frozen=True, slots=True)
 class Group:
@@ -55,7 +60,9 @@ class Group:
 
     `name` finds the list of the group, as `units` does, and so do its `aliases`. `summaries` are
     one line for each entry, cheap to have; `entry` makes one of them. `intro` stands above the
-    list, `more` below it. `other` makes entries of a name that is not listed, if it can.
+    list; `listing` makes another list than that of all summaries. `other` makes entries of a name
+    that is not listed, if it can. `texts` are the summaries and texts to be searched, by default
+    those of the entries.
     """
 
     name: str
@@ -64,15 +71,27 @@ class Group:
     entry: Callable[[str], Entry]
     intro: tuple[Block, ...] = ()
     aliases: tuple[str, ...] = ()
-    more: Callable[[], Sequence[Block]] | None = None
+    listing: Callable[[], Sequence[Block]] | None = None
     other: Callable[[str], Sequence[Entry]] | None = None
+    texts: Callable[[], Mapping[str, tuple[str, str]]] | None = None
+
+    def searched(self) -> Mapping[str, tuple[str, str]]:
+        """Return the summary and the text of each name."""
+        if self.texts is not None:
+            return self.texts()
+        return {
+            name: (summary, self.entry(name).text) for name, summary in self.summaries().items()
+        }
 
     def overview(self) -> Entry:
         """Return the list of the group as an entry of its own."""
-        rows = tuple(self.summaries().items())
-        listed: tuple[Block, ...] = (Table("", (), rows),) if rows else ()
-        more = tuple(self.more()) if self.more is not None else ()
-        return Entry("list", self.name, self.title, (*self.intro, *listed, *more))
+        listed = self.listing() if self.listing is not None else (rows_of(self.summaries()),)
+        return Entry("list", self.name, self.title, (*self.intro, *listed))
+
+
+def rows_of(summaries: Mapping[str, str]) -> Table:
+    """Make a table of names with their summaries."""
+    return Table("", (), tuple(summaries.items()))
 
 
 def paragraphs(text: str) -> tuple[Block, ...]:

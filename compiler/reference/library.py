@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
-from bgc.printing.tables import Table
-from bgc.reference.entry import Block, Code, Entry, Group, Text, first_sentence
+from bgc.reference.entry import Block, Code, Entry, Group, Text, first_sentence, rows_of
 from bgc.reference.parts import declaration_entry, file_doc, file_entry
 from bgc.resolution.library import library_modules, module_path
 from bgc.resolution.modules import Module
@@ -33,6 +32,7 @@ class Declaration:
     name: str
     base: str
     doc: str
+    text: str
 
     @property
     def full_name(self) -> str:
@@ -52,9 +52,13 @@ def module_text(module: str) -> str:
 
 
 def _declarations_of(module: str) -> Iterator[Declaration]:
-    for match in _DECLARATION.finditer(module_text(module)):
+    content = module_text(module)
+    found = [*_DECLARATION.finditer(content)]
+    ends = [*(match.start() for match in found[1:]), len(content)]
+    for match, end in zip(found, ends, strict=False):
         doc = "\n".join(line.removeprefix("///").strip() for line in match["doc"].splitlines())
-        yield Declaration(module, match["kind"], match["name"], match["base"] or "", doc)
+        text = content[match.start() : end]
+        yield Declaration(module, match["kind"], match["name"], match["base"] or "", doc, text)
 
 
 def fitting(name: str) -> tuple[str, ...]:
@@ -133,17 +137,12 @@ def _others(text: str) -> tuple[Entry, ...]:
     return tuple(entry(d.full_name) for d in declarations() if d.name == text)
 
 
-class _Library(Group):
-    """The library, listed by module."""
-
-    __slots__ = ()
-
-    def overview(self) -> Entry:
-        rows = tuple(_modules().items())
-        return Entry("list", self.name, self.title, (*self.intro, Table("", (), rows)))
+def _texts() -> dict[str, tuple[str, str]]:
+    modules = {name: (summary, file_doc(module_text(name))) for name, summary in _modules().items()}
+    return modules | {d.full_name: (first_sentence(d.doc), d.text) for d in declarations()}
 
 
-GROUP = _Library(
+GROUP = Group(
     "library",
     "modules of the library",
     _summaries,
@@ -155,6 +154,8 @@ GROUP = _Library(
         ),
     ),
     ("modules", "parts"),
+    lambda: (rows_of(_modules()),),
     other=_others,
+    texts=_texts,
 )
 """The installed library."""

@@ -7,7 +7,7 @@ those of the interface or model that theirs extends.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from bgc.grammar import syntax
 from bgc.printing.tables import Table
@@ -129,31 +129,29 @@ def text_of(
 
 def tables(declared: Declared[syntax.Model]) -> tuple[Table, ...]:
     """Return ports, parameters, constants, inputs, slots, outputs and states as tables."""
-    ports, slots, shapes = [], [], []
-    values: dict[str, list[tuple[str, ...]]] = {}
-    for item, owner in members(declared):
-        match item:
-            case syntax.Port():
-                ports.append((*_port(item), text_of(item, declared)))
-            case syntax.Part() if is_slot(item, owner):
-                default = _use(item.default) if item.default else "must be filled"
-                slots.append((item.name, _use(item.type), default, text_of(item, declared)))
-            case syntax.Value():
-                row = (*_value(item), text_of(item, declared))
-                if item.kind != "const" or item.doc:
-                    values.setdefault(item.kind, []).append(row)
-            case syntax.Shape():
-                shapes.append((_statement(item),))
-            case _:
-                pass
+    found = list(members(declared))
+
+    def values(kind: str) -> Iterator[tuple[str, ...]]:
+        const = kind == "const"  # those without a comment are not for users
+        for item, _ in found:
+            if isinstance(item, syntax.Value) and item.kind == kind and (item.doc or not const):
+                yield (*_value(item), text_of(item, declared))
+
+    ports = ((*_port(i), text_of(i, declared)) for i, _ in found if isinstance(i, syntax.Port))
+    slots = (
+        (*_slot(item), text_of(item, declared))
+        for item, owner in found
+        if isinstance(item, syntax.Part) and is_slot(item, owner)
+    )
+    shapes = ((_statement(item),) for item, _ in found if isinstance(item, syntax.Shape))
     return (
         Table("ports", ("name", "direction", "domain", "meaning"), tuple(ports)),
-        _columns("parameters", values.get("param", ()), _VALUE),
-        _columns("constants, known when compiled", values.get("const", ()), _VALUE),
-        _columns("inputs", values.get("input", ()), _VALUE),
+        _columns("parameters", values("param"), _VALUE),
+        _columns("constants, known when compiled", values("const"), _VALUE),
+        _columns("inputs", values("input"), _VALUE),
         Table("slots", ("name", "interface", "default", "meaning"), tuple(slots)),
-        _columns("outputs", values.get("output", ()), ("name", "unit", "", "", "meaning")),
-        _columns("states", values.get("state", ()), ("name", "unit", "start", "", "meaning")),
+        _columns("outputs", values("output"), ("name", "unit", "", "", "meaning")),
+        _columns("states", values("state"), ("name", "unit", "start", "", "meaning")),
         Table("shapes", ("drawn as",), tuple(shapes)),
     )
 
@@ -178,12 +176,15 @@ def _port(port: syntax.Port) -> tuple[str, str, str]:
     return port.name + _dims(port.dims), direction + main, port.domain or "any"
 
 
+def _slot(part: syntax.Part) -> tuple[str, str, str]:
+    return part.name, _use(part.type), _use(part.default) if part.default else "must be filled"
+
+
 def _value(value: syntax.Value) -> tuple[str, str, str, str]:
-    lowest_highest = value.range and " .. ".join(flat_text(end.span.text) for end in value.range)
-    default = flat_text(value.value.span.text) if value.value is not None else ""
-    if value.kind == "param" and not default:
-        default = "must be given"
-    return value.name + _dims(value.dims), value.unit or "", default, lowest_highest or ""
+    within = " .. ".join(flat_text(end.span.text) for end in value.range or ())
+    missing = "must be given" if value.kind == "param" else ""
+    default = flat_text(value.value.span.text) if value.value is not None else missing
+    return value.name + _dims(value.dims), value.unit or "", default, within
 
 
 def _dims(dims: Sequence[syntax.Expr]) -> str:
@@ -259,30 +260,21 @@ def file_entry(module: Module, home: str, title: str) -> Entry:
     imports = [flat_text(item.span.text) for item in module.file.imports]
     if imports:
         body.append(Code("\n".join(imports)))
-    for name, kinds in _KINDS.items():
+    for title_of_kind, of_kind in _KINDS.items():
         rows = tuple(
             (declaration.name, first_sentence(declaration.doc))
             for declaration in module.file.declarations
-            if isinstance(declaration, kinds) and _title(declaration) == name
+            if of_kind(declaration)
         )
-        if rows:
-            body.append(Table(name, (), rows))
+        body += [Table(title_of_kind, (), rows)] if rows else []
     return Entry(title, home, first_sentence(doc), tuple(body))
 
 
-_KINDS: dict[str, type[syntax.Declaration]] = {
-    "interfaces": syntax.Model,
-    "models": syntax.Model,
-    "domains": syntax.Domain,
-    "functions": syntax.Function,
-    "constants": syntax.Value,
-    "scenes": syntax.Scene,
+_KINDS: dict[str, Callable[[syntax.Declaration], bool]] = {
+    "interfaces": lambda d: isinstance(d, syntax.Model) and d.interface,
+    "models": lambda d: isinstance(d, syntax.Model) and not d.interface,
+    "domains": lambda d: isinstance(d, syntax.Domain),
+    "functions": lambda d: isinstance(d, syntax.Function),
+    "constants": lambda d: isinstance(d, syntax.Value),
+    "scenes": lambda d: isinstance(d, syntax.Scene),
 }
-
-
-def _title(declaration: syntax.Declaration) -> str:
-    match declaration:
-        case syntax.Model():
-            return "interfaces" if declaration.interface else "models"
-        case _:
-            return next(name for name, kind in _KINDS.items() if isinstance(declaration, kind))

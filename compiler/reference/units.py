@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bgc.printing.tables import Table
-from bgc.reference.entry import Block, Code, Entry, Group, Text
+from bgc.reference.entry import Block, Code, Entry, Group, Text, rows_of
 from bgc.values.units import PREFIXES, describe_dimension, parse_unit, unit_table
 
 _UNITS_OF_THEIR_OWN = {"rad": "plane angle", "Hz": "frequency", "J": "energy"}
@@ -32,35 +32,27 @@ def _summary(word: str) -> str:
     return f"{_quantity(word)}, {float(unit.factor):.10g} {unit.symbol}"
 
 
-def _entry(word: str) -> Entry:
-    entry = _any(word)
-    assert entry is not None
-    return entry
-
-
-def _any(text: str) -> Entry | None:
-    """Describe a unit: a word, one with a prefix, a product; None of another text."""
-    if parse_unit(text) is None:
-        return None
-    body: list[Block] = [Code(f"param x : {text} = 2 {text};")]
+def _entry(text: str) -> Entry:
+    """Describe a unit: a word, one with a prefix, a product."""
     takes_prefix = unit_table().get(text)
+    body: tuple[Block, ...] = (Code(f"param x : {text} = 2 {text};"),)
     if takes_prefix:
         examples = ", ".join(f"`{p}{text}`" for p in ("m", "k", "M"))
-        body.append(Text(f"It takes prefixes: {examples} and others (`bgc doc units`)."))
+        body += (Text(f"It takes prefixes: {examples} and others (`bgc doc units`)."),)
     elif takes_prefix is False:
-        body.append(Text("It takes no prefix."))
-    return Entry("unit", text, _summary(text), tuple(body), ("units",))
+        body += (Text("It takes no prefix."),)
+    return Entry("unit", text, _summary(text), body, ("units",))
 
 
 def _others(text: str) -> tuple[Entry, ...]:
-    entry = _any(text)
-    return () if entry is None else (entry,)
+    return () if parse_unit(text) is None else (_entry(text),)
 
 
-def _prefixes() -> tuple[Block, ...]:
+def _listing() -> tuple[Block, ...]:
     rows = tuple((prefix, f"{float(factor):g}") for prefix, factor in PREFIXES.items())
     plain = ", ".join(word for word, takes in unit_table().items() if not takes)
     return (
+        rows_of(_summaries()),
         Table("prefixes", ("prefix", "factor"), rows, f"not of {plain}"),
         Text(
             "A unit stands one blank behind a number and holds none itself: `8 t`, `2 kg*m/s`, "
@@ -78,7 +70,7 @@ GROUP = Group(
     _summaries,
     _entry,
     aliases=("unit", "prefixes"),
-    more=_prefixes,
+    listing=_listing,
     other=_others,
 )
 """All unit words; each with a prefix is a unit too."""

@@ -1,30 +1,26 @@
 """Write and check 5: look up elements, functions, library parts, diagnostics ..."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import click
 
-from bgc.diagnostics.catalogue.reference import not_in_file, unknown_topic
+from bgc.diagnostics.catalogue.reference import not_in_file
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.reference.codes import near_codes
-from bgc.reference.entry import Entry, Group
-from bgc.reference.index import GROUPS, MANUAL, find, mentions
-from bgc.reference.index import names as all_names
+from bgc.reference.entry import Group
+from bgc.reference.index import GROUPS, GUIDES, answer, contents
 from bgc.reference.parts import declaration_entry, file_entry
 from bgc.runtime.cli.command import argument, command, option, require
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
 from bgc.runtime.documents import methods
-from bgc.runtime.documents.terminal import print_entries, print_groups, print_names
+from bgc.runtime.documents.terminal import print_entries
 
 _INTRO = (
     "`bgc doc NAME` shows what is known of a name; `bgc doc FILE.bg` and `bgc doc FILE.bg NAME` "
     "of a file of your own."
 )
-_END = "A word that is not a name lists what mentions it: `bgc doc friction`."
-_SHORTEST = 3  # letters of a word that is searched for
+_END = "Words that are not a name list what mentions them: `bgc doc wave height`."
 
 
 @command()
@@ -41,18 +37,19 @@ def doc(
         Path | None, option("Folder for --gallery, by default `gallery`.", metavar="DIR")
     ],
 ) -> int | None:
-    """Show the documentation of a name.
+    """Show the documentation of a name, or what mentions some words.
 
     NAME is an element (TF), a word of the language (observe), a function (sin), a unit (bar), a
     method (rodas5p), a module or part of the library (crane.beam, Beam), the code of a diagnostic
-    (BG301) or a chapter of the manual (scenes). GROUP is one of elements, words, functions, units,
-    methods, library, diagnostics, manual. Without arguments, list all names.
+    (BG301), a chapter of the manual (scenes) or a topic (LQR, load chart, Simulink). GROUP is one
+    of elements, words, functions, units, methods, library, diagnostics, topics, manual. Without
+    arguments, list all names.
     """
     require(gallery or out is None, "--out needs --gallery")
     if gallery:
         return _write_gallery(names, out or Path("gallery"))
     if not names:
-        print_groups(all_groups(), _INTRO, _END)
+        print_entries([contents(all_groups(), _INTRO, _END)])
     elif names[0].endswith(".bg"):
         _show_file(*names)
     else:
@@ -61,44 +58,17 @@ def doc(
 
 
 def all_groups() -> tuple[Group, ...]:
-    """Return all groups of names, the manual last."""
-    return (*GROUPS, methods.GROUP, MANUAL)
+    """Return all groups of names, topics and the manual last."""
+    return (*GROUPS, methods.GROUP, *GUIDES)
 
 
 def _show_names(names: tuple[str, ...]) -> None:
     """Show the entries of a name, within the group that goes before it, if one does."""
-    *others, manual = all_groups()
-    own = [g for g in (*others, manual) if names[0] in (g.name, *g.aliases)]
+    own = [g for g in all_groups() if names[0] in (g.name, *g.aliases)]
     if len(names) > 1 and own:
-        show(" ".join(names[1:]), own)
+        print_entries(answer(" ".join(names[1:]), own))
     else:
-        show(" ".join(names), others, manual)
-
-
-def show(name: str, groups: list[Group], manual: Group | None = None) -> None:
-    """Print the entries of a name; BG040 where there is none, and nothing mentions it.
-
-    The manual is searched where no group has the name.
-    """
-    searched = [*groups, *([manual] if manual is not None else [])]
-    found = find(name, groups) or (find(name, [manual]) if manual is not None else ())
-    numbered = any(character.isdigit() for character in name)
-    listed = mentions(name, searched) if len(name) >= _SHORTEST and not numbered else {}
-    if found:
-        print_entries([_with_chapter(entry, manual) for entry in found])
-    elif listed:
-        print_names(f"names that mention `{name}`", listed.items())
-    else:
-        codes = near_codes(name) if numbered else {}
-        near = f"near it are {', '.join(codes)}" if codes else ""
-        raise BgError([unknown_topic(name, near, all_names(searched))])
-
-
-def _with_chapter(entry: Entry, manual: Group | None) -> Entry:
-    """Add the chapter of the manual that has the name of a list."""
-    if entry.kind != "list" or manual is None or entry.name not in manual.summaries():
-        return entry
-    return replace(entry, see_also=(*entry.see_also, f"manual {entry.name}"))
+        print_entries(answer(" ".join(names), (*GROUPS, methods.GROUP), GUIDES))
 
 
 def _show_file(file: str, *wanted: str) -> None:

@@ -3,8 +3,9 @@
 from typing import Annotated
 
 from bgc.reference.codes import GROUP
+from bgc.reference.index import answer
 from bgc.runtime.cli.command import argument, command
-from bgc.runtime.cli.doc import show
+from bgc.runtime.documents.terminal import print_entries
 
 
 @command()
@@ -14,4 +15,4 @@ def explain(code: Annotated[str | None, argument()]) -> None:
     Without a code, list all diagnostics; with a word, those that mention it. The same as
     `bgc doc CODE`.
     """
-    show(GROUP.name if code is None else code, [GROUP])
+    print_entries(answer(GROUP.name if code is None else code, [GROUP]))

@@ -44,34 +44,30 @@ def _summaries() -> dict[str, str]:
     return {name: method.purpose for name, method in METHODS.items()} | _OTHERS
 
 
-class _Methods(Group):
-    """The group of methods, listed with their properties."""
-
-    __slots__ = ()
-
-    def overview(self) -> Entry:
-        rows = tuple(
-            (m.name, m.family, str(m.order), "fixed" if m.fixed else "adaptive", m.purpose)
-            for m in METHODS.values()
-        )
-        others = tuple((name, "", "", "", text) for name, text in _OTHERS.items())
-        header = ("name", "family", "order", "step", "for")
-        adaptive, fixed = (default_method(METHODS.values(), fixed=f).name for f in (False, True))
-        default = (
-            f"Without a `solver` it is `{fixed}` where the scene has a `step`, else `{adaptive}`, "
-            f"and `{SWITCHING_FIXED}` or `{SWITCHING}` where explicit steps may cost less."
-        )
-        table = Table("", header, (*rows, *others))
-        body = (*self.intro, Text(default), table, solver_options())
-        return Entry("list", self.name, self.title, body, ("solver", "step"))
+def _listing() -> tuple[Block, ...]:
+    """List the methods with their properties."""
+    rows = tuple(
+        (m.name, m.family, str(m.order), "fixed" if m.fixed else "adaptive", m.purpose)
+        for m in METHODS.values()
+    )
+    others = tuple((name, "", "", "", text) for name, text in _OTHERS.items())
+    header = ("name", "family", "order", "step", "for")
+    adaptive, fixed = (default_method(METHODS.values(), fixed=f).name for f in (False, True))
+    default = (
+        f"Without a `solver` it is `{fixed}` where the scene has a `step`, else `{adaptive}`, "
+        f"and `{SWITCHING_FIXED}` or `{SWITCHING}` where explicit steps may cost less "
+        "(`bgc doc solver`)."
+    )
+    return (Text(default), Table("", header, (*rows, *others)), solver_options())
 
 
-GROUP = _Methods(
+GROUP = Group(
     "methods",
     "integration methods and their options",
     _summaries,
     _entry,
     (Code("solver rodas5p(rtol = 1e-8);"),),
     ("method", "solvers", "integrators"),
+    _listing,
 )
 """All integration methods."""

@@ -7,7 +7,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import click
 from rich.console import Console
@@ -17,10 +17,9 @@ from rich.text import Text as RichText
 
 from bgc.diagnostics.render import escaped
 from bgc.printing.tables import Table
-from bgc.reference.entry import Code, Entry, Group, Heading, Text
+from bgc.reference.entry import Code, Entry, Heading, Text
 
 _PROSE = 96  # characters of a line of prose at most, however wide the terminal
-_MOST_LISTED = 100  # names of a group in the list of all
 _PIPE = 80  # characters of a line in a pipe
 _QUOTED = re.compile(r"`([^`]+)`")
 
@@ -32,34 +31,6 @@ def print_entries(entries: Sequence[Entry]) -> None:
         if place:
             console.print()
         _print_entry(console, entry)
-    _write(console)
-
-
-def print_groups(groups: Iterable[Group], intro: str, end: str) -> None:
-    """Print the names of all groups."""
-    console = _console()
-    console.print(_prose(intro, console), width=min(console.width, _PROSE))
-    for group in groups:
-        names = list(group.summaries())
-        if not names:
-            continue
-        console.print()
-        console.print(_styled(f"{group.name}: {group.title}", "bold"))
-        if len(names) > _MOST_LISTED:
-            text = f"{len(names)} names, listed by `bgc doc {group.name}`"
-        else:
-            text = "  ".join(names)
-        _print_indented(console, _prose(text, console))
-    console.print()
-    console.print(_prose(end, console), width=min(console.width, _PROSE))
-    _write(console)
-
-
-def print_names(title: str, found: Iterable[tuple[str, str]]) -> None:
-    """Print names with their summaries."""
-    console = _console()
-    console.print(_styled(title, "bold"))
-    _print_table(console, Table("", (), tuple(found)))
     _write(console)
 
 
@@ -84,7 +55,8 @@ def _print_entry(console: Console, entry: Entry) -> None:
             case Table():
                 if block.title:
                     console.print(_styled(block.title, "bold"))
-                _print_table(console, block)
+                if block.rows:
+                    _print_table(console, block)
                 if block.note:
                     _print_indented(console, _prose(block.note, console))
     if entry.see_also:
@@ -122,7 +94,9 @@ def _print_table(console: Console, table: Table) -> None:
     )
     for k in range(len(widths) - below):
         heading = table.header[k] if table.header else ""
-        shown.add_column(heading, overflow="fold", no_wrap=widths[k] <= _SHORT and k < 2)
+        is_name = k == 0 and not table.header
+        whole = widths[k] <= (_LONGEST_NAME if is_name else _SHORT) and k < 2
+        shown.add_column(heading, overflow="fold", no_wrap=whole)
     if not below:
         for row in table.rows:
             shown.add_row(*(_prose(cell, console) for cell in row))
@@ -138,6 +112,7 @@ def _print_table(console: Console, table: Table) -> None:
 
 
 _INDENT, _BETWEEN = 2, 2  # characters beside a table and between its columns
+_LONGEST_NAME = 52  # characters of a name that is not broken
 _WIDEST, _LEAST, _SHORT = 40, 24, 26  # characters: of a cell, of the last one, of one on one line
 
 

@@ -20,6 +20,7 @@ from bgc.reference import chapters
 from bgc.reference.entry import Code, Entry, Text, first_sentence
 from bgc.reference.index import find, names
 from bgc.reference.library import declarations, fitting
+from bgc.reference.topics import topics
 from bgc.resolution.library import library_modules
 from bgc.runtime.cli.app import application
 from bgc.runtime.cli.doc import all_groups
@@ -58,9 +59,9 @@ def bgc_doc(*arguments: object) -> Result:
 
 
 def described(name: str) -> tuple[Entry, ...]:
-    """As the command finds it: the manual last."""
-    *others, manual = all_groups()
-    return find(name, others) or find(name, [manual])
+    """As the command finds it: topics and the manual last."""
+    *others, guide, manual = all_groups()
+    return find(name, others) or find(name, [guide, manual])
 
 
 def text_of(entry: Entry) -> str:
@@ -132,7 +133,8 @@ def test_every_declaration_of_the_library_is_found_by_its_full_name_and_its_last
 def test_every_group_lists_its_names(group):
     output = bgc_doc(group.name).stdout
     for name in group.summaries():
-        if group.name != "library" or name in library_modules():
+        listed = {"library": library_modules(), "topics": [t.names[0] for t in topics()]}
+        if name in listed.get(group.name, (name,)):
             assert f"  {name}" in output
     for alias in group.aliases:
         assert group.overview() in described(alias)
@@ -305,7 +307,7 @@ def test_a_file_with_a_mistake_or_that_is_not_there(tmp_path):
 
 def clear_chapters() -> None:
     chapters._chapters.cache_clear()
-    chapters._topics.cache_clear()
+    chapters._sections.cache_clear()
 
 
 def test_chapters_of_the_manual(monkeypatch, tmp_path):
@@ -329,9 +331,9 @@ def test_chapters_of_the_manual(monkeypatch, tmp_path):
             "  a    b\n  `1`  2|3\n\nAfter.\n\nSlices\n\n- one more\n\n- two\n\n"
             "  x : J1;\n\n  y : J1;\n"
         )
-        topic = bgc_doc("slices").stdout
-        assert topic.startswith("slices  (topic)\nSlices.\n\n- one more\n")
-        assert topic.endswith("See also: manual wide-bonds\n")
+        section = bgc_doc("slices").stdout
+        assert section.startswith("slices  (section)\nSlices.\n\n- one more\n")
+        assert section.endswith("See also: manual wide-bonds\n")
         assert "See also: manual units" in bgc_doc("units").stdout
         assert bgc_doc("manual", "units").stdout.startswith("units  (chapter)")
     finally:

@@ -37,6 +37,7 @@ def texts_that_name_commands() -> list[Path]:
         *topics.glob("*.md"),
         *(ROOT / name for name in ("README.md", "grammar/LANGUAGE.md", "tests/README.md")),
         *chapter_files(),
+        ROOT / "grammar/manual/topics.md",
         *(ROOT / "library/examples").glob("*.md"),
     ]
 

@@ -26,22 +26,13 @@ def topics() -> tuple[tuple[str, Mapping[str, str]], ...]:
     return tuple(sorted(found, key=lambda topic: min(topic[1])))
 
 
-def near_pages(text: str) -> dict[str, str]:
-    """Return the pages that a text may mean: the codes next to it, or titles that hold it."""
-    known = pages()
-    wanted = text.casefold()
-    if not any(char.isdigit() for char in text):
-        return {
-            code: page
-            for code, page in known.items()
-            if wanted in page.partition("\n")[0].casefold()
-        }
+def near_codes(text: str) -> tuple[str, ...]:
+    """Return the codes next to a text with digits: those next to BG501 for `BG5O1`."""
     # the letters that are taken for digits: 5O1 is 501
-    digits = wanted.removeprefix("bg").translate(str.maketrans("oil", "011"))
-    if not digits.isdecimal():
-        return {}
-    close = sorted(known, key=lambda code: abs(int(code[2:]) - int(digits)))[:3]
-    return {code: known[code] for code in sorted(close)}
+    digits = text.casefold().removeprefix("bg").translate(str.maketrans("oil", "011"))
+    if not digits.isdecimal() or not any(map(str.isdigit, text)):
+        return ()
+    return tuple(sorted(sorted(pages(), key=lambda code: abs(int(code[2:]) - int(digits)))[:3]))
 
 
 def read_topic(path: Path) -> tuple[str, Mapping[str, str]]:
