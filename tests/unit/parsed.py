@@ -93,6 +93,13 @@ scene telescopic of Session(k = 1) {
 """
 
 
+def items(body: str) -> tuple[syntax.Item, ...]:
+    """The items of a model."""
+    (model,) = read(f"model M {{ {body} }}").declarations
+    assert isinstance(model, syntax.Model)
+    return model.items
+
+
 def read(text: str) -> syntax.File:
     """The tree of a text that must be right."""
     file, wrong = parse(Source("test.bg", text))

@@ -57,7 +57,16 @@ model RLC [n=3,m]   is  B [ 2 ]( a=3 )
   supply->loop
     -> coil;
 }
-model Osv is Vessel(M=3){
+model Osv is Vessel(M=3){ when  -x>0{ reset y=1; } when x > 3 m
+{
+reset y=1 ;reset z.p= - y;}
+sample  T{ state i=0;next( i )=i+1; }
+sample 10 ms offset   2 ms
+{
+next(i)=i + -1 ;}
+shape   box( 1 m,w , 2 m )at c ,eye(3)   colour"red" ;
+shape rope   from a.tip
+ to b;
 }
 scene s of A {observe energy.stored as e,b ; run 10 s every 10 ms;}
 """
@@ -97,7 +106,20 @@ model RLC[n = 3, m] is B[2](a = 3) {
   supply -> loop
     -> coil;
 }
-model Osv is Vessel(M = 3) { }
+model Osv is Vessel(M = 3) {
+  when -x > 0 { reset y = 1; }
+  when x > 3 m {
+    reset y = 1;
+    reset z.p = -y;
+  }
+  sample T { state i = 0; next(i) = i + 1; }
+  sample 10 ms offset 2 ms {
+    next(i) = i + -1;
+  }
+  shape box(1 m, w, 2 m) at c, eye(3) colour "red";
+  shape rope from a.tip
+    to b;
+}
 scene s of A { observe energy.stored as e, b; run 10 s every 10 ms; }
 """
 

@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
+from parsed import items
 
 import bgc
-from bgc.diagnostics.source import Source
 from bgc.driver import compile_scene
 from bgc.grammar import syntax
-from bgc.grammar.format import format_source
-from bgc.grammar.parse import parse
 from bgc.linearising.opening import open_scene
 from bgc.options import Options
 from bgc.printing.stages import show_equations
 
 MODELS = Path(__file__).parents[1] / "models"
-
-
-def items(text: str) -> tuple[syntax.Item, ...]:
-    file, diagnostics = parse(Source("m.bg", f"model M {{ {text} }}"))
-    assert not diagnostics
-    (model,) = file.declarations
-    assert isinstance(model, syntax.Model)
-    return model.items
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "when : J1;",
-        "when [2] : I(1);",
-        "when -> a, b;",
-        "a, when -> b -> when;",
-        "when = 2;",
-        "when.x = 3;",
-        "when[1] = 3;",
-        "reset : R(1);",
-        "reset = 1;",
-        "state when = reset;",
-    ],
-)
-def test_when_and_reset_are_names(text):
-    (item,) = items(text)
-    assert not isinstance(item, syntax.When)
 
 
 @pytest.mark.parametrize(
@@ -56,23 +25,6 @@ def test_a_when_begins_before_an_expression(condition):
     (item,) = items(f"when {condition} {{ reset reset = when; reset a.b[1].p = 2; }}")
     assert isinstance(item, syntax.When)
     assert [reset.target.span.text for reset in item.resets] == ["reset", "a.b[1].p"]
-
-
-def test_format():
-    text = "model M { when  -x>0{ reset y=1; } when x > 3 m\n{\nreset y=1 ;reset z.p= - y;}}\n"
-    formatted = format_source(Source("m.bg", text))
-    assert formatted == textwrap.dedent(
-        """\
-        model M {
-          when -x > 0 { reset y = 1; }
-          when x > 3 m {
-            reset y = 1;
-            reset z.p = -y;
-          }
-        }
-        """
-    )
-    assert format_source(Source("m.bg", formatted)) == formatted
 
 
 def stages(tmp_path, text, until="slice"):

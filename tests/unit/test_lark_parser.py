@@ -101,21 +101,39 @@ def test_words_are_names_where_they_have_no_meaning() -> None:
     assert (kinds["param"], kinds["1/s"], kinds["=="]) == ("PARAM", "UNIT", "COMPARE")
 
 
-@pytest.mark.parametrize("word", ["is", "start", "rest", "hold", "vary"])
+SOFT = (
+    *("is", "start", "rest", "hold", "vary", "shape", "at", "from", "to", "colour"),
+    *("when", "reset", "sample", "next", "offset"),
+)
+
+
+@pytest.mark.parametrize("word", SOFT)
 def test_a_soft_word_is_a_name_everywhere(word: str) -> None:
-    text = (
-        f"model M {{ {word} : I(2); a : C(1); j : J1; {word}, a -> j; let k = {word}.p; }}\n"
-        f"scene {word} of M {{ observe {word}.f as {word}_flow, {word}.p; plot {word};"
-        f" set {word}.x = 1; drive {word} = 2; keep {word};"
-        f" start rest hold {word}, {word}.q vary {word}; }}"
-        f"\nscene other is {word} {{ run 1 s; }}"
-    )
-    _, tokens, found = parse_with_tokens(Source("test.bg", text))
+    text = f"""model M {{
+      {word} : R(1); {word}[2] : R(3*{word}); other : C({word} = 2); n : J1;
+      n -> {word}, other; {word} -> n; a, {word} -> b -> {word}; {word} -> a, b;
+      let x = {word} + 2*{word}.e - {word}[1]; param {word} : m = 4 m; state y = {word};
+      {word} = 3; {word}.x = {word}.y + {word}; {word}[1] = 3;
+      shape sphere({word}) at {word} colour "red"; shape rope from {word} to {word};
+    }}
+    scene {word} of M {{
+      observe {word} as {word}_flow, {word}.e in deg; plot {word}; set {word} = 3; set {word}.x = 1;
+      drive {word} = 2; keep {word}; start rest hold {word}, {word}.q vary {word}; run 1 s;
+    }}
+    scene other is {word} {{ run 1 s; }}"""
+    file, tokens, found = parse_with_tokens(Source("test.bg", text))
     assert not found
     kinds = [token.type for token in tokens if str(token) == word]
-    as_word = {"is": 1, "start": 1, "rest": 1, "hold": 1, "vary": 1}
-    assert kinds.count(word.upper()) == as_word[word]
-    assert set(kinds) == {"NAME", word.upper()}
+    own = {"shape": 2, **dict.fromkeys(("is", "start", "rest", "hold", "vary"), 1)}
+    own |= dict.fromkeys(("at", "from", "to", "colour"), 1)
+    assert kinds.count(word.upper()) == own.get(word, 0)
+    assert {*kinds} <= {"NAME", word.upper()}
+    model = file.declarations[0]
+    assert isinstance(model, syntax.Model)
+    assert [type(item).__name__ for item in model.items] == (
+        "Part Part Part Part Chain Chain Chain Chain Value Value Value"
+        " Assign Assign Assign Shape Shape"
+    ).split()
 
 
 def test_a_start_at_rest_is_read() -> None:

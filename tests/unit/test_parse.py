@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
-from parsed import EVERYTHING, read, show
+from parsed import EVERYTHING, items, read, show
 
-from bgc.diagnostics.render import render
 from bgc.grammar import syntax
 from bgc.grammar.lark_parser import build_parser
-from bgc.grammar.parse import parse, read_source
 from bgc.grammar.syntax import Call, Index, Number, TypeUse
-
-ROOT = Path(__file__).parents[2]
-
-
-def items(body: str) -> tuple[syntax.Item, ...]:
-    """The items of a model."""
-    (model,) = read(f"model M {{ {body} }}").declarations
-    assert isinstance(model, syntax.Model)
-    return model.items
 
 
 def expression(text: str) -> syntax.Expr:
@@ -42,12 +30,6 @@ def test_whole_language_is_read() -> None:
     assert [type(d).__name__ for d in file.declarations] == (
         "Value Function Function Domain Domain Model Model Model Scene".split()
     )
-
-
-@pytest.mark.parametrize("path", sorted(ROOT.glob("library/**/*.bg")), ids=lambda path: path.stem)
-def test_library_is_read(path: Path) -> None:
-    _, found = parse(read_source(path))
-    assert not found, render(found, colour=False)
 
 
 @pytest.mark.parametrize(

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+from parsed import items
 
 import bgc
 from bgc.building.recall import recall
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.source import Source
 from bgc.driver import compile_scene
 from bgc.grammar import syntax
-from bgc.grammar.format import format_source
-from bgc.grammar.parse import parse
 from bgc.options import Options
 from bgc.printing.stages import show_equations
 from bgc.runtime.linearising.operating import OpenedModel
@@ -24,36 +21,6 @@ from bgc.runtime.linearising.symbolic import transfer_at
 from bgc.runtime.running.run import Method, set_method
 
 MODELS = Path(__file__).parents[1] / "models"
-
-
-def items(text: str) -> tuple[syntax.Item, ...]:
-    file, diagnostics = parse(Source("m.bg", f"model M {{ {text} }}"))
-    assert not diagnostics
-    (model,) = file.declarations
-    assert isinstance(model, syntax.Model)
-    return model.items
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "sample : J1;",
-        "sample [2] : I(1);",
-        "sample -> a, b;",
-        "a, sample -> next -> offset;",
-        "sample = 2;",
-        "sample.x = next.y + offset;",
-        "next : R(1);",
-        "next = 1;",
-        "next[1] = 3;",
-        "offset : Se(1);",
-        "state sample = next;",
-        "param offset : s = 3 s;",
-    ],
-)
-def test_sample_next_and_offset_are_names(text):
-    (item,) = items(text)
-    assert not isinstance(item, syntax.Sample | syntax.Next)
 
 
 @pytest.mark.parametrize(
@@ -73,23 +40,6 @@ def test_a_sample_begins_before_an_expression(head, offset):
     assert isinstance(item, syntax.Sample)
     assert (item.offset.span.text if item.offset else None) == offset
     assert [type(inner) for inner in item.items] == [syntax.Value, syntax.Next, syntax.Value]
-
-
-def test_format():
-    text = "model M{sample  10 ms  offset 2 ms{state i=0;next( i )=i+1 ;\noutput u=- i;}}\n"
-    formatted = format_source(Source("m.bg", text))
-    assert formatted == textwrap.dedent(
-        """\
-        model M {
-          sample 10 ms offset 2 ms {
-            state i = 0;
-            next(i) = i + 1;
-            output u = -i;
-          }
-        }
-        """
-    )
-    assert format_source(Source("m.bg", formatted)) == formatted
 
 
 MODEL = """

@@ -16,7 +16,6 @@ from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.emission.emit import content_of
 from bgc.grammar import syntax
-from bgc.grammar.format import format_source
 from bgc.grammar.parse import parse
 from bgc.ir.graph import FlatGraph
 from bgc.language.shape_table import COLOURS, SHAPES
@@ -50,45 +49,6 @@ def test_all_of_a_statement_is_read():
     rope = shape_of("shape rope from a.tip to b[2];")
     assert [end.span.text for end in rope.ends] == ["a.tip", "b[2]"] and rope.at is None
     assert shape_of('shape sphere(0.3) at 3 colour "red";').at.span.text == "3"
-
-
-@pytest.mark.parametrize("word", ["shape", "at", "from", "to", "colour"])
-def test_each_soft_word_is_a_name_elsewhere(word):
-    text = f"""model M {{
-      {word} : R(1);
-      other  : C({word} = 2);
-      n      : J1;
-      n -> {word}, other;
-      {word} -> n;
-      a, {word} -> b;
-      {word}[2] : R(3 * {word});
-      let x = {word} + 2*{word}.e - {word}[1];
-      {word} = 3;
-      param {word} : m = 4 m;
-      shape sphere({word}) at {word} colour "red";
-      shape rope from {word} to {word};
-    }}
-    scene {word} of M {{ observe {word} as y, {word}.e in deg; set {word} = 3; run 1 s; }}"""
-    file, wrong = parse(Source("s.bg", text))
-    assert [d.message for d in wrong] == []
-    items = [type(item).__name__ for item in file.declarations[0].items]
-    assert items == [
-        "Part", "Part", "Part", "Chain", "Chain", "Chain", "Part", "Value", "Assign", "Value",
-        "Shape", "Shape",
-    ]  # fmt: skip
-
-
-def test_a_statement_is_formatted():
-    text = 'model M {\nshape   box( 1 m,w , 2 m )at c ,eye(3)   colour"red" ;\n'
-    text += "shape rope   from a.tip\n to b;\n}"
-    expected = """model M {
-  shape box(1 m, w, 2 m) at c, eye(3) colour "red";
-  shape rope from a.tip
-    to b;
-}
-"""
-    formatted = format_source(Source("s.bg", text))
-    assert formatted == expected and format_source(Source("s.bg", formatted)) == expected
 
 
 # --- poses ----------------------------------------------------------------------------------
