@@ -8,22 +8,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bgc.diagnostics.catalogue.arguments import bad_option, no_duration
+from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
 from bgc.emission.cost import Cost, cost_of
 from bgc.options import Options
-from bgc.runtime.activity.changes import Candidate, possible_changes
+from bgc.runtime.activity.changes import Candidate, keep_variants, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
-from bgc.runtime.activity.store import keep_variants
-from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_error
-from bgc.runtime.measuring.timed import Run, timed_run
+from bgc.runtime.measuring.errors import largest_errors, worst_error
+from bgc.runtime.measuring.judging import Accuracy, duration_of
+from bgc.runtime.measuring.timed import Run, reason_of, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method
 
@@ -129,17 +129,14 @@ def activity_report(
     for name, value in (("within", within), ("budget", budget)):
         if not value > 0:
             raise BgError([bad_option(name, value, "a positive number")])
-    end = model.facts.duration if duration is None else duration
-    if end is None:
-        raise BgError([no_duration(model.facts.name)])
-    if not model.measured:
-        raise BgError([nothing_to_judge(model.facts.name)])
+    end = duration_of(model, duration, nothing_to_judge)
     assert model.origin is not None
     method = choose_method(model.library, model.facts)
     base = compile_scene(*model.origin, until="lower")
     cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))
-    session = _Session(*model.origin, method, times, within, cost)
+    accuracy = Accuracy(within, model.facts.requirements)
+    session = _Session(*model.origin, method, times, accuracy, cost)
     session.begin(model)
     metered, graph = metered_model(model)
     run = timed_run(metered, method, session.times, accounts=False, limit=budget)
@@ -148,12 +145,10 @@ def activity_report(
     found, spread = activities(metered, graph, session.times, run.rows)
     candidates = possible_changes(base.package, base.graph, found, negligible)
     trials: list[Trial] = []
-    with ProgressBar(len(candidates), progress, "trying", " changes") as bar:
-        for candidate in candidates:
-            if time.monotonic() - started > budget:
-                break
-            bar.show(len(trials))
-            trials.append(session.tried((candidate,)))
+    for candidate in tracked(candidates, progress, "trying", " changes"):
+        if time.monotonic() - started > budget:
+            break
+        trials.append(session.tried((candidate,)))
     report = ActivityReport(
         scene=model.facts.name or model.facts.model,
         method=method.name,
@@ -163,8 +158,8 @@ def activity_report(
         cost=cost,
         trials=tuple(trials),
         together=session.together(trials),
-        limit=session.limit,
-        required=session.required,
+        limit=accuracy.limit,
+        required=accuracy.required,
         left=len(candidates) - len(trials),
     )
     keep_variants(model, report.variants)
@@ -185,27 +180,16 @@ class _Session:
     options: Options
     method: Method
     times: Array
-    within: float
+    accuracy: Accuracy
     cost: Cost
 
     def begin(self, model: LoadedModel) -> None:
         """Run the unchanged scene; BG089 if it does not run."""
-        self._requirements = dict(model.facts.requirements)
         self._names = [variable.name for variable in model.measured]
         self._base = self._timed(model, 600.0)
         if self._base.status != "done":
             raise BgError([nominal_run_failed(self._base.message)])
-        self._quantities = quantities_of(model.measured, self._base.rows, self._requirements)
-
-    @property
-    def required(self) -> bool:
-        """True if the scene has requirements."""
-        return bool(self._requirements)
-
-    @property
-    def limit(self) -> float:
-        """The largest acceptable error."""
-        return 1.0 if self.required else self.within
+        self._quantities = self.accuracy.quantities(model, self._base.rows)
 
     def _timed(self, model: LoadedModel, limit: float) -> Run:
         """Run a few times; return a run with the median time."""
@@ -228,8 +212,7 @@ class _Session:
             cost = cost_of(compile_scene(self.path, options, until="lower").lowered)
             model = load_model(self.path, options)
         except BgError as problem:
-            first = problem.diagnostics[0]
-            return Trial(changes, activity, refused=f"{first.code}: {first.message}")
+            return Trial(changes, activity, refused=reason_of(problem))
         if [variable.name for variable in model.measured] != self._names:
             return Trial(changes, activity, refused="it observes something else")
         run = self._timed(model, max(2.0, _PATIENCE * self._base.seconds))
@@ -252,7 +235,7 @@ class _Session:
         The last ones are dropped until the error is acceptable. Of changes that exclude each
         other, the first is taken.
         """
-        good = [t for t in trials if t.error is not None and t.error <= self.limit]
+        good = [t for t in trials if t.error is not None and t.error <= self.accuracy.limit]
         good = [trial for trial in good if _saves(trial, self.cost)]
         good.sort(key=lambda trial: trial.error or 0.0)
         chosen: list[Candidate] = []
@@ -262,7 +245,7 @@ class _Session:
                 chosen.append(Candidate(change, trial.activity))
         while chosen:
             found = self.tried(chosen)
-            if found.error is not None and found.error <= self.limit:
+            if found.error is not None and found.error <= self.accuracy.limit:
                 return found
             chosen.pop()
         return None

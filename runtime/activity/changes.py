@@ -1,9 +1,10 @@
-"""Possible simplifications of a scene: other parts in slots, elements switched off."""
+"""Simplifications of a scene: other parts in slots, elements switched off; those that were kept."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
@@ -13,6 +14,8 @@ from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Resistor, Storage
 from bgc.resolution.modules import Package
 from bgc.runtime.activity.powers import Activity, below
+from bgc.runtime.measuring.judging import Note, note_of
+from bgc.runtime.running.loaded import LoadedModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,3 +88,22 @@ def _holders(
             else:
                 others.add(symbol.index)
     return switched, others
+
+
+# --- kept for `bgc trade` ---------------------------------------------------------------------
+
+
+def keep_variants(model: LoadedModel, variants: Sequence[Sequence[Change]]) -> None:
+    """Keep the variants that were found for a scene with its present parameters."""
+    _note(model).write([[asdict(change) for change in one] for one in variants])
+
+
+def stored_variants(model: LoadedModel) -> tuple[tuple[Change, ...], ...] | None:
+    """Read the variants that were kept; None if the scene in this form was not examined."""
+    with suppress(TypeError):  # nothing, or damaged
+        return tuple(tuple(Change(**change) for change in one) for one in _note(model).read())
+    return None
+
+
+def _note(model: LoadedModel) -> Note:
+    return note_of(model, "activity", model.facts.requirements)

@@ -23,7 +23,7 @@ from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.running.compiling import load_model
-from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.simulate import method_of, simulate, times_of
 
 _MOST_STATES = 1500  # of a Jacobian whose eigenvalues are computed
@@ -116,10 +116,8 @@ def cost_report(
     found = variants_of(package, ours.graph)
     chosen = found[:most_variants]
     rows: list[VariantCost] = []
-    with ProgressBar(len(chosen), progress, "compiling variants", "") as bar:
-        for count, variant in enumerate(chosen):
-            bar.show(count)
-            rows.append(_variant_cost(path, options, package, variant))
+    for variant in tracked(chosen, progress, "compiling variants"):
+        rows.append(_variant_cost(path, options, package, variant))
     measured, unmeasured = _measured(path, options)
     facts = ours.graph.scene
     return CostReport(

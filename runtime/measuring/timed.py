@@ -45,6 +45,22 @@ class Run:
     counts: dict[str, float]
     faint: tuple[Faint, ...] = ()
 
+    @property
+    def residual(self) -> float:
+        """The largest energy residual over the energy exchanged, of a run with accounts.
+
+        0 if there is no energy. The residual is the last of the columns.
+        """
+        worst = float(np.max(np.abs(self.rows[:, -1]), initial=0.0))
+        exchanged = self.counts["exchanged"]
+        return worst / exchanged if exchanged > 0 else 0.0
+
+
+def reason_of(problem: BgError) -> str:
+    """The first diagnostic of an error in one line."""
+    first = problem.diagnostics[0]
+    return f"{first.code}: {first.message}"
+
 
 def timed_run(
     model: LoadedModel,
@@ -76,12 +92,10 @@ def timed_run(
                 message = f"stopped at t = {instance.time:.3g} s: it takes too long"
                 return Run("stopped", message, rows, seconds, counts)
             if status is not Status.OK:
-                diagnostic = model.explain(instance, status)
-                message = f"{diagnostic.code}: {diagnostic.message}"
+                message = reason_of(BgError([model.explain(instance, status)]))
                 return Run("failed", message, rows, seconds, counts)
     except BgError as problem:
-        first = problem.diagnostics[0]
-        return Run("refused", f"{first.code}: {first.message}", rows, 0.0, {})
+        return Run("refused", reason_of(problem), rows, 0.0, {})
     if not np.isfinite(rows).all():
         return Run("failed", "BG712: an observed value is not finite", rows, seconds, counts)
     return Run("done", "", rows, seconds, counts, faint)

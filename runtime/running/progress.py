@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeVar
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
     from rich.status import Status
 
 _AFTER_SECONDS = 1.0
+
+_Item = TypeVar("_Item")
 
 
 class ProgressBar:
@@ -70,6 +73,14 @@ class ProgressBar:
         )
         bar.start()
         return bar, bar.add_task(self._label, total=self._end)
+
+
+def tracked(items: Sequence[_Item], wanted: bool, label: str, unit: str = "") -> Iterator[_Item]:
+    """Go through items of work with a bar that counts them."""
+    with ProgressBar(float(len(items)), wanted, label, unit) as bar:
+        for count, item in enumerate(items):
+            bar.show(count)
+            yield item
 
 
 class StatusLine:

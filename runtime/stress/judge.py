@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
+from bgc.runtime.measuring.judging import AT_THE_REFERENCE, METHODS, RTOLS, Accuracy
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
@@ -25,11 +26,10 @@ DEFAULT_RTOL = 1e-6  # of the C runtime
 
 _MOVED = "a start moved by 1e-8 of the states ends elsewhere: the solution is unstable"
 _UNSTABLE = "the reference changes with its step: the solution is unstable"
-_METHODS = ("radau5", "rodas5p", "rodas4p2")
-_RTOLS = (1e-8, 1e-10)
+_METHODS = METHODS[:3]
+_RTOLS = RTOLS[:2]
 _AGREED = 0.1  # of the acceptable error: the largest difference of two references
 _SHORT_STEPS = 1000  # of a run
-_AT_THE_REFERENCE = 3.0  # times its accuracy: smaller errors may be the reference's own
 _STEPS_PER_PERIOD = 4.0  # of a method that resolves an oscillation
 _OF_WALL_TIME = 10.0  # times its processor time that a run may wait for the machine
 
@@ -44,23 +44,6 @@ class Verdict(Enum):
     FAILS = "fails"  # the run ended with an error
     SLOW = "too slow"  # stopped by the limit on its time
     UNJUDGED = "unjudged"  # completed, but two references do not agree
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """The acceptable error: `within`, relative to the range of each observed quantity.
-
-    With `by_scene`, the requirements of the scene replace it, if there are any.
-    """
-
-    within: float
-    by_scene: bool = False
-    requirements: tuple[tuple[str, float], ...] = ()
-
-    @property
-    def required(self) -> bool:
-        """True if the requirements of the scene decide."""
-        return self.by_scene and bool(self.requirements)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +105,7 @@ class Judge:
 
     model: LoadedModel
     times: Array
-    tolerance: Tolerance
+    tolerance: Accuracy
     limit: float
     references: References
 
@@ -158,7 +141,7 @@ class Judge:
             return Judgement(Verdict.UNJUDGED, residual=residual, message=message)
         error = self._error(rows, known.rows)
         # A reference worse than the acceptable error only shows larger errors than its own.
-        if known.accuracy > self.tolerance.within and error <= _AT_THE_REFERENCE * known.accuracy:
+        if known.accuracy > self.tolerance.within and error <= AT_THE_REFERENCE * known.accuracy:
             message = f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
         if self._is_acceptable(rows, known.rows, error):
@@ -254,14 +237,10 @@ class Judge:
 
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """Return the residual over the energy exchanged, or None, and whether the run warns."""
-        accounts = run.rows[:, len(self.model.measured) :]
         too_long = run.counts["largest_correction"] > 0 or run.counts["over_budget"] > 0
-        if not accounts.shape[1]:
+        if run.rows.shape[1] == len(self.model.measured):
             return None, too_long
-        exchanged = run.counts["exchanged"]
-        worst = float(np.abs(accounts[:, -1]).max())
-        residual = worst / exchanged if exchanged > 0 else 0.0
-        return residual, too_long or unbalanced(worst, exchanged)
+        return run.residual, too_long or unbalanced(run.residual, 1.0)
 
     def _is_confirmed(self, reference: Agreement) -> bool:
         """Return whether a third run, tighter and with short steps, agrees with the reference.
@@ -273,15 +252,13 @@ class Judge:
             run = self._run(Method(name, fixed=False, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
                 error = self._error(run.rows, reference.rows)
-                return error <= max(self.tolerance.within, _AT_THE_REFERENCE * reference.accuracy)
+                return error <= max(self.tolerance.within, AT_THE_REFERENCE * reference.accuracy)
         return False
 
     def _is_acceptable(self, rows: Array, reference: Array, error: float) -> bool:
         if not self.tolerance.required:
             return error <= self.tolerance.within
-        quantities = quantities_of(
-            self.model.measured, reference, dict(self.tolerance.requirements)
-        )
+        quantities = self.tolerance.quantities(self.model, reference)
         with np.errstate(over="ignore", invalid="ignore"):
             return combined(largest_errors(rows, reference), quantities) <= 1
 

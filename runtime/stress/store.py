@@ -6,13 +6,12 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
-from typing import Any, cast
+from typing import Any
 
-from bgc.building.cache import digest_of, open_cache, read_note, write_note
-from bgc.runtime.running.identity import scene_identity
+from bgc.runtime.measuring.judging import Accuracy, Note, note_of
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
-from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
+from bgc.runtime.stress.judge import Judgement, Verdict
 
 _EVERY = 1.0  # s between two writes
 
@@ -27,7 +26,7 @@ class Store:
     run: it is stored so that the next run of the command uses the same part.
     """
 
-    key: str
+    note: Note
     nominal: tuple[float, float, float] | None = None
     points: dict[str, Judgement] = field(default_factory=dict)
     written: float = -_EVERY
@@ -48,21 +47,19 @@ class Store:
             name: {**asdict(found), "verdict": found.verdict.value}
             for name, found in self.points.items()
         }
-        with suppress(OSError):
-            write_note(open_cache().root, self.key, {"nominal": self.nominal, "points": points})
+        self.note.write({"nominal": self.nominal, "points": points})
         self.written = time.monotonic()
 
 
 def open_store(
-    model: LoadedModel, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
+    model: LoadedModel, method: Method, tolerance: Accuracy, duration: float | None, fresh: bool
 ) -> Store:
     """Open the store of a scene with its present parameters, a method and a tolerance."""
-    key = digest_of(("stress", *scene_identity(model), repr((method, tolerance, duration))))
-    store = Store(key)
+    store = Store(note_of(model, "stress", (method, tolerance, duration)))
     if fresh:
         return store
     with suppress(TypeError, KeyError, ValueError):  # nothing, or damaged
-        value = cast(Any, read_note(open_cache().root, key))
+        value = store.note.read()
         points = {name: _judgement(found) for name, found in value["points"].items()}
         seconds, steps, part = map(float, value["nominal"])
         store.nominal, store.points = (seconds, steps, part), points

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.runtime.measuring.timed import timed_run
+from bgc.runtime.measuring.judging import Accuracy, duration_of
+from bgc.runtime.measuring.timed import reason_of, timed_run
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.methods import default_method
-from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.run import Method, choose_method
 from bgc.runtime.stress.drives import (
     RTOL,
@@ -33,7 +33,6 @@ from bgc.runtime.stress.judge import (
     Judge,
     Judgement,
     References,
-    Tolerance,
     Verdict,
     limited_run,
 )
@@ -74,7 +73,7 @@ class StressMap:
     method: str
     duration: float
     scene_duration: float
-    tolerance: Tolerance
+    tolerance: Accuracy
     grid: bool
     drives: tuple[Drive, ...]
     points: tuple[Point, ...]
@@ -141,16 +140,11 @@ def stress(
     BgError
         A drive is at fault; BG088 if the scene observes nothing, BG089 if it does not run.
     """
-    if not model.measured:
-        raise BgError([nothing_to_judge(model.facts.name)])
     method = choose_method(model.library, model.facts, solver, {"rtol": rtol, "step": step})
-    full = duration or model.facts.duration
-    if full is None:
-        raise BgError([no_duration(model.facts.name)])
+    full = duration_of(model, duration or None, nothing_to_judge)
     started = time.monotonic()
-    tolerance = Tolerance(
-        WITHIN if within is None else within, within is None, model.facts.requirements
-    )
+    by_scene = within is None
+    tolerance = Accuracy(WITHIN if within is None else within, model.facts.requirements * by_scene)
     store = open_store(model, method, tolerance, duration, fresh)
     if store.nominal is None:
         seconds, steps = _nominal(model, method, full, budget)
@@ -165,18 +159,16 @@ def stress(
     plan = _grid(wanted) if grid else _in_order(wanted)
     points: list[Point] = []
     needed = 0.0
-    with ProgressBar(len(plan), progress, "driving", " points") as bar:
-        try:
-            for settings in plan:
-                bar.show(len(points))
-                left = budget - (time.monotonic() - started)
-                takes = session.seconds(settings)
-                if not points or takes == 0 or left > (0 if drives else takes):
-                    points.append(session.point(settings, left))
-                else:
-                    needed = max(needed, takes)
-        finally:
-            store.write()
+    try:
+        for settings in tracked(plan, progress, "driving", " points"):
+            left = budget - (time.monotonic() - started)
+            takes = session.seconds(settings)
+            if not points or takes == 0 or left > (0 if drives else takes):
+                points.append(session.point(settings, left))
+            else:
+                needed = max(needed, takes)
+    finally:
+        store.write()
     written = {(drive.name, x): k for drive in wanted for k, x in enumerate(drive.values)}
     names = [drive.name for drive in wanted]
     if not grid:
@@ -250,7 +242,7 @@ class _Session:
     model: LoadedModel
     method: Method
     duration: float
-    tolerance: Tolerance
+    tolerance: Accuracy
     store: Store
     cost: float
     density: float
@@ -332,8 +324,7 @@ class _Session:
         try:
             model = self._model_with(values)
         except BgError as problem:
-            first = problem.diagnostics[0]
-            return Judgement(Verdict.FAILS, message=f"{first.code}: {first.message}")
+            return Judgement(Verdict.FAILS, message=reason_of(problem))
         method = self._method_with(dict(settings))
         times = np.linspace(0.0, end, _ROWS + 1)
         key = *values.items(), (TIME, end)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 from bgc.language.columns import name_in_si, vector_of
 from bgc.runtime.measuring.errors import Quantity, combined, worst_error
+from bgc.runtime.measuring.judging import AT_THE_REFERENCE
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, if a scene has no requirements
-_AT_THE_REFERENCE = 3.0  # times its accuracy: smaller errors may be the reference's own
 _USELESS = 1e3  # times the limit: larger errors carry no information
 _BETTER = 0.95  # times an error: an error must be below it to count as smaller
 
@@ -42,13 +42,18 @@ class Target:
         """The largest acceptable combined error."""
         return 1.0 if self.required else DEFAULT_ACCURACY
 
+    @property
+    def scale(self) -> str:
+        """What errors are relative to."""
+        return "the requirement" if self.required else "the range"
+
     def error(self, row: Measurement) -> float:
         """Compute the combined error of a measurement; infinite for an incomplete run."""
         return combined(row.errors, self.quantities) if row.done else float("inf")
 
     def at_reference(self, row: Measurement) -> bool:
         """Return whether an error may be the reference's own."""
-        return row.done and self.error(row) <= _AT_THE_REFERENCE * self.floor
+        return row.done and self.error(row) <= AT_THE_REFERENCE * self.floor
 
     def accurate(self, row: Measurement) -> bool:
         """Return whether the error is acceptable."""
@@ -116,7 +121,7 @@ def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuratio
     least, found = float("inf"), []
     done = (row for row in rows if target.is_informative(row))
     for row in sorted(done, key=lambda row: (row.cpu, target.error(row))):
-        error = max(target.error(row), _AT_THE_REFERENCE * target.floor)
+        error = max(target.error(row), AT_THE_REFERENCE * target.floor)
         if error < _BETTER * least:
             least = error
             found.append(row.configuration)

@@ -6,6 +6,7 @@ The page is the template `trade.html.j2`; here are its values.
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -23,8 +24,8 @@ from bgc.runtime.trade.tables import (
     VARIANT_HEADER,
     VARIANT_NOTE,
     VARIANTS,
-    cells,
-    header,
+    Column,
+    columns,
     legend,
     ordered,
     reference_lines,
@@ -44,7 +45,7 @@ def write_page(trade: TradeResult, path: str | Path) -> None:
 
 def page(trade: TradeResult) -> str:
     """Return the page as text."""
-    rows = ordered(trade)
+    rows, every = ordered(trade), columns(trade)
     levels = ", ".join(
         f"rtol {rtol:g}: {combined(agreement, trade.quantities):.1e}"
         for rtol, agreement in trade.reference.levels
@@ -57,9 +58,9 @@ def page(trade: TradeResult) -> str:
         warnings=trade.warnings,
         picture=_svg(trade),
         configurations={
-            "header": header(trade),
-            "names": sum(name in _NAMES for name in header(trade)),
-            "rows": [_row(trade, row) for row in rows if row.done],
+            "header": [column.heading for column in every],
+            "names": sum(column.heading in _NAMES for column in every),
+            "rows": [_row(trade, every, row) for row in rows if row.done],
         },
         legend=legend(trade),
         variants={
@@ -88,32 +89,17 @@ def _svg(trade: TradeResult) -> str:
     return text[text.index("<svg") :]
 
 
-def _row(trade: TradeResult, row: Measurement) -> dict[str, Any]:
+def _row(trade: TradeResult, every: Sequence[Column], row: Measurement) -> dict[str, Any]:
     """A row of the configurations; `worth` is the number by which a cell with a unit is sorted."""
     marks = {
         "best": row.configuration == trade.recommended,
         "front": row.configuration in trade.verdict.front,
     }
-    worth = _sort_keys(trade, row)
     found = [
-        {"text": text, "worth": f"{worth[name]:.9g}" if name in worth else None}
-        for name, text in zip(header(trade), cells(trade, row), strict=True)
+        {"text": c.text(row), "worth": None if c.worth is None else f"{c.worth(row):.9g}"}
+        for c in every
     ]
     return {"kind": " ".join(name for name, holds in marks.items() if holds), "cells": found}
-
-
-def _sort_keys(trade: TradeResult, row: Measurement) -> dict[str, float]:
-    keys = {
-        "error/required": trade.target.error(row),
-        "error/range": trade.target.error(row),
-        "cpu/s": row.cpu,
-        "x real time": row.real_time_factor,
-        "a step": row.mean_step,
-        "worst step": row.worst,
-        "worst sample": row.worst,
-    }
-    counts = {"steps": "steps", "f": "rhs", "J": "jacobians", "LU": "factorisations"}
-    return keys | {head: row.counts.get(name, 0.0) for head, name in counts.items()}
 
 
 def _errors(trade: TradeResult) -> dict[str, Any]:
@@ -121,10 +107,7 @@ def _errors(trade: TradeResult) -> dict[str, Any]:
     scale = "required, else range" if trade.target.required else "range"
     front = (row for row in ordered(trade) if row.configuration in trade.verdict.front)
     return {
-        "header": [
-            f"{name_in_si(q.name)} [{q.shown.label}]" if q.shown.label else q.name
-            for q in trade.quantities
-        ],
+        "header": [q.shown.heading(name_in_si(q.name)) for q in trade.quantities],
         "rows": [
             (scale, [f"{q.shown.number(q.scale):.3g}" for q in trade.quantities]),
             *(

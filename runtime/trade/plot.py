@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from bgc.diagnostics.catalogue.machine import nothing_to_draw
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.measuring.judging import AT_THE_REFERENCE
 from bgc.runtime.results.plot import COLOURS, Target, picture
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled
@@ -62,10 +63,9 @@ def _draw(axes: Any, trade: TradeResult) -> None:
     _draw_limits(trade, axes)
     axes.grid(True, which="minor", alpha=0.12)
     axes.set_xlabel("processor time for a second of the scene [s]")
-    of = "the requirement" if trade.target.required else "the range"
     worst = [q.name for q in trade.quantities if q.decides]
     about = worst[0] if len(worst) == 1 else "the worst quantity"
-    axes.set_ylabel(f"error of {about}, as a part of {of}")
+    axes.set_ylabel(f"error of {about}, as a part of {trade.target.scale}")
     axes.set_title(f"{trade.scene}: {spelled(trade.duration)} on {trade.machine}", fontsize=9)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
 
@@ -142,7 +142,7 @@ def _draw_limits(trade: TradeResult, axes: Any) -> None:
     target = trade.target
     what = "require" if target.required else f"{target.limit:g} of the range"
     axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)
-    floor, bottom = max(3.0 * target.floor, _LEAST), axes.get_ylim()[0]
+    floor, bottom = max(AT_THE_REFERENCE * target.floor, _LEAST), axes.get_ylim()[0]
     if floor > bottom:
         label = "accuracy of the reference"
         axes.axhspan(_LEAST * 1e-3, floor, color="0.5", alpha=0.12, label=label)

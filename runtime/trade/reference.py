@@ -11,14 +11,13 @@ import numpy as np
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
+from bgc.runtime.measuring.judging import METHODS, RTOLS
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.faint import Faint, Probe, is_repeatable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
-METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run
-RTOLS = (1e-8, 1e-10, 1e-12)
 _ROUNDING = 1e-12  # an agreement that no tighter tolerance improves
 _OF_REQUIRED = 0.1
 _OF_RANGE = 1e-4
@@ -78,7 +77,7 @@ def find_reference(
         BG092: fewer than two methods complete the run.
     """
     end = time.monotonic() + seconds
-    methods = list(METHODS)
+    methods = list(METHODS)  # the first two that complete the run
     reasons: list[str] = []
     best: Reference | None = None
     levels: list[tuple[float, tuple[float, ...]]] = []

@@ -7,17 +7,16 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
+from bgc.runtime.measuring.errors import combined, largest_errors
+from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed import Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.faint import Faint
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.progress import ProgressBar, tracked
 from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.judge import Target, front
+from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference, find_reference, with_doubt
 from bgc.runtime.trade.store import Store
@@ -70,15 +69,20 @@ class Session:
         return float(self.times[-1])
 
     @property
+    def accuracy(self) -> Accuracy:
+        """The acceptable error."""
+        return Accuracy(DEFAULT_ACCURACY, self.model.facts.requirements)
+
+    @property
     def _sampled(self) -> bool:
         return bool(self.model.library.model.n_device)
 
     def reference(self) -> Reference:
         """Return the stored reference, rescaled to the present requirements, or a new one."""
-        requirements = dict(self.model.facts.requirements)
         if (stored := self.store.reference()) is not None:
-            quantities = quantities_of(self.model.measured, stored.rows, requirements)
-            return stored.rescaled(quantities, bool(requirements))
+            quantities = self.accuracy.quantities(self.model, stored.rows)
+            return stored.rescaled(quantities, self.accuracy.required)
+        requirements = dict(self.accuracy.requirements)
         self.store.clear()  # measurements against another reference
         with ProgressBar(self.duration, self.progress, "reference") as bar:
             faint: dict[tuple[str, float], tuple[Faint, ...]] = {}
@@ -100,10 +104,9 @@ class Session:
     def target(self, reference: Reference) -> Target:
         """Collect the demands of the scene."""
         facts = self.model.facts
-        requirements = dict(facts.requirements)
         return Target(
-            quantities=quantities_of(self.model.measured, reference.rows, requirements),
-            required=bool(requirements),
+            quantities=self.accuracy.quantities(self.model, reference.rows),
+            required=self.accuracy.required,
             deadline=facts.deadline,
             sample=(facts.step or _DEFAULT_SAMPLE) if self._sampled else None,
             floor=reference.accuracy,
@@ -143,16 +146,12 @@ class Session:
     def repeat(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
         """Repeat the configurations on or near the front as often as requested."""
         near = _near_front(rows, target)
-        count = sum(row.repeats < self.repeats for row in rows if row.configuration in near)
-        finished: list[Measurement] = []
-        done = 0
-        with ProgressBar(count, self.progress, "repeating", "") as bar:
-            for row in rows:
-                if row.configuration in near and row.repeats < self.repeats:
-                    bar.show(done)
-                    done += 1
-                    row = self._repeated(row)
-                finished.append(row)
+        few = [
+            k for k, r in enumerate(rows) if r.configuration in near and r.repeats < self.repeats
+        ]
+        finished = list(rows)
+        for k in tracked(few, self.progress, "repeating"):
+            finished[k] = self._repeated(rows[k])
         return tuple(finished)
 
     def with_worst_times(
@@ -234,19 +233,17 @@ class Session:
         runs = [first]
         if first.seconds < _SHORT:
             runs += self._again(configuration, self._repeats(first.seconds) - 1)
-        width = len(model.measured)
-        residual = _residual(first, width) if accounts else None
-        if (
-            self.audited is not None and self.left > first.seconds
-        ):  # accounts cost time, which must not be counted
+        residual = first.residual if accounts else None
+        if self.audited is not None and self.left > first.seconds:
+            # Accounts cost time, which must not be counted.
             audit = timed_run(
                 self.audited, method, times, accounts=True, limit=self.left, busy=_AUDITED * busy
             )
-            residual = _residual(audit, width) if audit.status == DONE else None
+            residual = audit.residual if audit.status == DONE else None
         found = Measurement(
             configuration,
             DONE,
-            errors=largest_errors(first.rows[:, :width], reference.rows),
+            errors=largest_errors(first.rows[:, : len(model.measured)], reference.rows),
             residual=residual,
             counts=first.counts,
         )
@@ -345,13 +342,3 @@ def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Config
             for other in on_front
         )
     )
-
-
-def _residual(run: Run, first: int) -> float:
-    """Compute the largest energy residual over the energy exchanged; 0 if there is no energy.
-
-    The energy accounts are the columns from `first` on.
-    """
-    exchanged = run.counts["exchanged"]
-    residual = float(np.max(np.abs(run.rows[:, first + 3]), initial=0.0))
-    return residual / exchanged if exchanged > 0 else 0.0

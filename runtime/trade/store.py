@@ -12,16 +12,17 @@ import json
 import os
 import platform
 import shutil
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
 from bgc.building.cache import digest_of, open_cache, write_aside
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.files import write_arrays
 from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.recommended import keep_recommendation, scene_folder
@@ -75,29 +76,12 @@ class Store:
     def keep_reference(self, reference: Reference) -> None:
         """Store the reference, and delete measurements against another one."""
         self.clear()
-        about = {
-            name: getattr(reference, name)
-            for name in (
-                "methods",
-                "rtol",
-                "agreement",
-                "accuracy",
-                "levels",
-                "seconds",
-                "required",
-            )
-        }
+        names = [field.name for field in fields(reference) if field.name != "rows"]
+        about = {name: getattr(reference, name) for name in names}
         with self._noted():
             self.folder.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(dir=self.folder)
-            aside = Path(name)
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    text = np.array(json.dumps(about))
-                    np.savez_compressed(file, rows=reference.rows, about=text)
-                aside.replace(self.folder / "reference.npz")
-            finally:
-                aside.unlink(missing_ok=True)
+            text = np.array(json.dumps(about))
+            write_arrays(self.folder / "reference.npz", {"rows": reference.rows, "about": text})
 
     def keep_answer(self, model: LoadedModel, method: Method | None) -> None:
         """Store the method that is recommended, or that none is."""
@@ -116,6 +100,8 @@ class Store:
             yield
         except OSError as problem:
             self.problem = problem.strerror or str(problem)
+        except BgError as problem:
+            self.problem = problem.diagnostics[0].message
 
     def _row(self, content: str, configuration: Configuration) -> Path:
         return self.folder / "rows" / f"{digest_of((content, repr(configuration)))}.json"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -88,50 +89,60 @@ def write_csv(trade: TradeResult, path: str | Path) -> None:
 # --- for people -------------------------------------------------------------------------------
 
 
-def header(trade: TradeResult) -> tuple[str, ...]:
-    """Return the headings of the columns for people."""
-    worst = "worst sample" if _sampled(trade) else "worst step"
-    error = "error/required" if trade.target.required else "error/range"
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column for people: its heading, its cells, and the numbers by which a page sorts them."""
+
+    heading: str
+    text: Callable[[Measurement], str]
+    worth: Callable[[Measurement], float] | None = None
+
+
+def columns(trade: TradeResult) -> tuple[Column, ...]:
+    """Return the columns of completed configurations; `*` is on the front, `=>` is recommended."""
+    target = trade.target
+    varied = any(row.configuration.changes for row in trade.measurements)
+    variant = Column("variant", lambda row: letter(trade, row.configuration.changes))
+    counts = {"steps": "steps", "f": "rhs", "J": "jacobians", "LU": "factorisations"}
     return (
-        "",
-        "method",
-        "setting",
-        *(("variant",) if _varied(trade) else ()),
-        error,
-        "cpu/s",
-        "x real time",
-        "a step",
-        worst,
-        "residual",
-        "steps",
-        "f",
-        "J",
-        "LU",
+        Column("", lambda row: _mark(trade, row)),
+        Column("method", lambda row: row.configuration.solver),
+        Column("setting", lambda row: row.configuration.setting + _dagger(trade, row)),
+        *((variant,) if varied else ()),
+        Column(
+            "error/required" if target.required else "error/range",
+            lambda row: f"{'<' * target.at_reference(row)}{target.error(row):.1e}",
+            target.error,
+        ),
+        Column("cpu/s", lambda row: spelled(row.cpu), lambda row: row.cpu),
+        Column("x real time", times_real_time, lambda row: row.real_time_factor),
+        Column("a step", lambda row: spelled(row.mean_step), lambda row: row.mean_step),
+        Column(
+            "worst sample" if _sampled(trade) else "worst step",
+            lambda row: spelled(row.worst) + _remark(trade, row),
+            lambda row: row.worst,
+        ),
+        Column("residual", lambda row: "" if row.residual is None else f"{row.residual:.0e}"),
+        *(_counts(heading, name) for heading, name in counts.items()),
     )
 
 
-def cells(trade: TradeResult, row: Measurement) -> tuple[str, ...]:
-    """Return the cells of one configuration; `*` is on the front, `=>` is recommended."""
-    configuration, target = row.configuration, trade.target
-    mark = "*" if configuration in trade.verdict.front else ""
-    mark = "=>" if configuration == trade.recommended else mark
-    fewer = "" if target.samples(row) else " †"
-    name: tuple[str, ...] = (mark, configuration.solver, configuration.setting + fewer)
-    name += (letter(trade, configuration.changes),) if _varied(trade) else ()
-    if not row.done:
-        return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))
-    error = f"{target.error(row):.1e}"
-    counts = (row.counts.get(n, 0) for n in ("steps", "rhs", "jacobians", "factorisations"))
-    return (
-        *name,
-        f"<{error}" if target.at_reference(row) else error,
-        spelled(row.cpu),
-        times_real_time(row),
-        spelled(row.mean_step),
-        spelled(row.worst) + _remark(trade, row),
-        "" if row.residual is None else f"{row.residual:.0e}",
-        *(f"{count:,.0f}" for count in counts),
+def _counts(heading: str, name: str) -> Column:
+    return Column(
+        heading,
+        lambda row: f"{row.counts.get(name, 0):,.0f}",
+        lambda row: row.counts.get(name, 0.0),
     )
+
+
+def _mark(trade: TradeResult, row: Measurement) -> str:
+    if row.configuration == trade.recommended:
+        return "=>"
+    return "*" if row.configuration in trade.verdict.front else ""
+
+
+def _dagger(trade: TradeResult, row: Measurement) -> str:
+    return "" if trade.target.samples(row) else " †"
 
 
 def _remark(trade: TradeResult, row: Measurement) -> str:
@@ -151,11 +162,13 @@ def tables(trade: TradeResult, everything: bool = False) -> list[Table]:
     if hidden:
         notes.append(f"{hidden} more are slower or less accurate: `--all` shows them")
     title = f"{trade.scene} of {trade.model}: {spelled(trade.duration)}"
-    rows = tuple(cells(trade, row) for row in shown)
+    every = columns(trade)
+    rows = tuple(tuple(column.text(row) for column in every) for row in shown)
+    header = tuple(column.heading for column in every)
     variants = variant_rows(trade)
     return [
         Table(title, (), reference_lines(trade)),
-        Table("configurations, cheapest first", header(trade), rows, "\n".join(notes), _SPARE),
+        Table("configurations, cheapest first", header, rows, "\n".join(notes), _SPARE),
         Table(VARIANTS, VARIANT_HEADER, variants, VARIANT_NOTE if variants else ""),
         Table("not measured", (), unfinished([row for row in found if not row.done])),
     ]
@@ -183,10 +196,9 @@ def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
     reference = trade.reference
     one, other = reference.methods
     agree = "agree to" if reference.converged else "differ by"
-    of = "of the requirement" if trade.target.required else "of the range"
     lines = [
         f"reference: {one} and {other} at rtol {reference.rtol:g} {agree} "
-        f"{reference.accuracy:.1e} {of}"
+        f"{reference.accuracy:.1e} of {trade.target.scale}"
     ]
     shown = [q for q in trade.quantities if q.decides]
     lines += [f"error in: {', '.join(map(_scaled, shown))}"]
@@ -302,7 +314,3 @@ def _subject(row: Measurement) -> str:
 
 def _sampled(trade: TradeResult) -> bool:
     return trade.target.sample is not None
-
-
-def _varied(trade: TradeResult) -> bool:
-    return any(row.configuration.changes for row in trade.measurements)

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bgc.building.backends import BACKENDS
-from bgc.diagnostics.catalogue.arguments import bad_option, no_duration, unknown_solver
+from bgc.diagnostics.catalogue.arguments import bad_option, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.doors import door, with_doors
 from bgc.options import Options
 from bgc.printing.tables import Table
+from bgc.runtime.measuring.judging import duration_of
 from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
@@ -154,11 +155,7 @@ def trade(
     lengths = () if steps is None else [in_si(step, "steps", "s") or 0.0 for step in steps]
     loaded = _loaded(model, scene, parameters, uses)
     facts = loaded.facts
-    end = facts.duration if duration is None else duration
-    if end is None:
-        raise BgError([no_duration(facts.name)])
-    if not loaded.measured:
-        raise BgError([nothing_to_measure(facts.name)])
+    end = duration_of(loaded, duration, nothing_to_measure)
     _check(rtols, lengths, keeps, budget)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
     store = open_store(loaded, end, facts.every)
@@ -274,11 +271,11 @@ def _warnings(
 ) -> list[str]:
     found: list[str] = []
     if not reference.converged:
-        of = "of the requirement" if target.required else "of the range"
         found.append(
             f"the reference is not converged: {' and '.join(reference.methods)} differ by "
-            f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored "
-            "for `solver auto`; a shorter `--time` may converge, a chaotic scene never does"
+            f"{reference.accuracy:.2g} of {target.scale} at best, so errors mean little and "
+            "nothing is stored for `solver auto`; a shorter `--time` may converge, a chaotic scene "
+            "never does"
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")

@@ -14,7 +14,8 @@ from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
-from bgc.runtime.activity.store import stored_variants
+from bgc.runtime.activity.changes import stored_variants
+from bgc.runtime.measuring.timed import reason_of
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.trade.configurations import Configuration, Variant
@@ -135,10 +136,8 @@ def measure_variants(
         try:
             sessions[variant] = _session_of(session, variant)
         except BgError as problem:
-            first = problem.diagnostics[0]
-            message = f"{first.code}: {first.message}"
-            refused = [replace(one, changes=variant) for one in best[:1]]
-            found[variant] = tuple(Measurement(one, REFUSED, message) for one in refused)
+            refused, why = _changed(best[:1], variant), reason_of(problem)
+            found[variant] = tuple(Measurement(one, REFUSED, why) for one in refused)
         took = before - session.left
     for variant, varied in sessions.items():
         found[variant] = varied.measure(_changed(best, variant), reference, target)

@@ -12,10 +12,11 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
+from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.drives import all_drives, read_drive
-from bgc.runtime.stress.judge import Judge, References, Tolerance, Verdict
+from bgc.runtime.stress.judge import Judge, References, Verdict
 from bgc.runtime.stress.plot import draw
 from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.stress.stress import stress
@@ -30,9 +31,9 @@ MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
 def points(monkeypatch):
     """Keep results for the test alone, by key."""
     kept = {}
-    monkeypatch.setattr("bgc.runtime.stress.store.read_note", lambda _, key: kept.get(key))
+    monkeypatch.setattr("bgc.runtime.measuring.judging.read_note", lambda _, key: kept.get(key))
     monkeypatch.setattr(
-        "bgc.runtime.stress.store.write_note", lambda _, key, value: kept.update({key: value})
+        "bgc.runtime.measuring.judging.write_note", lambda _, key, value: kept.update({key: value})
     )
     return kept
 
@@ -146,7 +147,7 @@ def test_a_method_is_never_held_against_itself(solver, others):
     times, method = np.linspace(0, 10e-3, 201), Method(solver, fixed=False, rtol=1e-6)
     run = timed_run(model, method, times, accounts=False, limit=60)
     references = References()
-    judgement = Judge(model, times, Tolerance(1e-3), 60, references).judge(run, method)
+    judgement = Judge(model, times, Accuracy(1e-3), 60, references).judge(run, method)
     assert judgement.verdict is Verdict.HOLDS
     assert {name for name, _ in references.runs} == {others}
 

@@ -8,9 +8,10 @@ import pytest
 
 from bgc.driver import compile_scene
 from bgc.options import Options
+from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.stress.drives import Drive, all_drives
-from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
+from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap, _in_order
 from bgc.runtime.stress.tables import summary
 
@@ -28,7 +29,7 @@ def stress_map(drive: Drive, holds: set[float]) -> StressMap:
         for x in drive.values
     )
     return StressMap(
-        "scene", "rodas5p", 1.0, 1.0, Tolerance(1e-3), False, (drive,), points, len(points), (), 0.0
+        "scene", "rodas5p", 1.0, 1.0, Accuracy(1e-3), False, (drive,), points, len(points), (), 0.0
     )
 
 
