@@ -1,10 +1,10 @@
-"""Write an FMU: a zip archive of description, binaries, sources and pictures."""
+"""Make an FMU: a zip archive of description, binaries, sources and pictures."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from io import BytesIO
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from bgc.printing.draw import lay_out, to_dot
@@ -17,38 +17,29 @@ from bgc.runtime.fmi.description import (
     terminals_and_icons,
 )
 from bgc.runtime.fmi.model import FmuModel
-from bgc.runtime.results.files import written_whole
 
 _EARLIEST = (1980, 1, 1, 0, 0, 0)  # of a zip archive: equal models make equal archives
 
 
-def write_fmu(
-    model: FmuModel, platforms: Sequence[Platform], folder: Path, reference: bool = False
-) -> tuple[Path, ...]:
-    """Write an FMU to a folder, and the files beside it; return their paths.
+def fmu_files(
+    model: FmuModel, platforms: Sequence[Platform], reference: bool = False
+) -> Mapping[str, bytes]:
+    """Make an FMU and the files beside it: the content of each by name, the FMU first.
 
-    An FMU of FMI 2 has its groups of variables for OSP beside it; with `reference` the files of a
-    cross-check are written too. Each file is written whole or not at all.
+    An FMU of FMI 2 has its groups of variables for OSP beside it; with `reference` there are the
+    files of a cross-check too.
 
-    Raises BgError: BG055 where a file cannot be written, BG751 and BG752 where a platform does not
-    build; then nothing is written.
+    Raises BgError: BG751 and BG752 where a platform does not build.
     """
-    entries = _entries(model, platforms)
     texts = {"_OspModelDescription.xml": osp_description(model)} if model.version == 2 else {}
     texts |= reference_files(model) if reference else {}
     name = model.description.identifier
-    goals = [folder / f"{name}.fmu"]
-    with written_whole(goals[0]) as aside:
-        write_archive(aside, entries)
-    for ending, text in texts.items():
-        goals.append(folder / f"{name}{ending}")
-        with written_whole(goals[-1]) as aside:
-            aside.write_text(text, encoding="utf-8")
-    return tuple(goals)
+    files = {f"{name}.fmu": fmu_archive(model, platforms)}
+    return files | {f"{name}{ending}": text.encode() for ending, text in texts.items()}
 
 
-def _entries(model: FmuModel, platforms: Sequence[Platform]) -> Mapping[str, bytes]:
-    """The files of the archive by name."""
+def fmu_archive(model: FmuModel, platforms: Sequence[Platform]) -> bytes:
+    """Make the FMU itself; raises BgError BG751 and BG752 where a platform does not build."""
     identifier = model.description.identifier
     entries: dict[str, bytes] = {}
     parts = (model.description, model.table, model.structure)
@@ -70,7 +61,7 @@ def _entries(model: FmuModel, platforms: Sequence[Platform]) -> Mapping[str, byt
         entries[f"binaries/{folders[each.name]}/{identifier}.{each.ending}"] = contents[each.name]
     if picture is not None:
         entries[icon] = picture
-    return entries
+    return archived(entries)
 
 
 def _picture(model: FmuModel) -> bytes | None:
@@ -78,11 +69,13 @@ def _picture(model: FmuModel) -> bytes | None:
     return lay_out(to_dot(model.stages.causal), "png") if shutil.which("dot") else None
 
 
-def write_archive(path: Path, entries: Mapping[str, bytes]) -> None:
-    """Write a zip archive; equal entries make equal archives."""
-    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+def archived(entries: Mapping[str, bytes]) -> bytes:
+    """Pack a zip archive; equal entries make equal archives."""
+    packed = BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         for name, content in entries.items():
             info = ZipInfo(name, _EARLIEST)
             info.compress_type = ZIP_DEFLATED
             info.external_attr = 0o644 << 16
             archive.writestr(info, content)
+    return packed.getvalue()

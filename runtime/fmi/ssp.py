@@ -14,7 +14,6 @@ from functools import cached_property
 from pathlib import Path
 
 from bgc.algebra.dag import Level
-from bgc.building.temporary import temporary_folder
 from bgc.diagnostics.catalogue.systems import (
     connected_twice,
     connection_mismatch,
@@ -28,11 +27,10 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.binaries import Platform
-from bgc.runtime.fmi.export import write_archive, write_fmu
+from bgc.runtime.fmi.export import archived, fmu_archive
 from bgc.runtime.fmi.model import FmuModel, identifier_of, prepare_model
 from bgc.runtime.fmi.units import unit_definitions, unit_name
 from bgc.runtime.fmi.variables import Variable
-from bgc.runtime.results.files import written_whole
 from bgc.values.units import parse_unit
 
 _PART = re.compile(r"([A-Za-z]\w*)=(.*)", re.DOTALL)
@@ -219,22 +217,13 @@ def _by_name(variables: Sequence[Variable]) -> Mapping[str, tuple[Variable, ...]
 # --- writing ----------------------------------------------------------------------------------
 
 
-def write_system(system: System, platforms: Sequence[Platform], folder: Path) -> Path:
-    """Write the archive `NAME.ssp` of a system; return its path.
-
-    Raises BgError: BG055 where it cannot be written, BG751 and BG752 where a platform does not
-    build; then nothing is written.
-    """
+def system_archive(system: System, platforms: Sequence[Platform]) -> bytes:
+    """Pack the archive of a system; raises BgError BG751, BG752 where a platform does not build."""
     entries = {"SystemStructure.ssd": system_structure(system).encode()}
     for part in system.parts:
-        with temporary_folder() as place:
-            (fmu, *_) = write_fmu(part.model, platforms, place)
-            entries[f"resources/{part.name}.fmu"] = fmu.read_bytes()
+        entries[f"resources/{part.name}.fmu"] = fmu_archive(part.model, platforms)
         entries[f"resources/{part.name}.ssv"] = parameter_set(part).encode()
-    goal = folder / f"{system.name}.ssp"
-    with written_whole(goal) as aside:
-        write_archive(aside, entries)
-    return goal
+    return archived(entries)
 
 
 def system_structure(system: System) -> str:

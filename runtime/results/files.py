@@ -56,6 +56,22 @@ def write_rows(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[
         writer.writerows(rows)
 
 
+def write_files(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Write files to a folder, which is made where it is missing; return their paths.
+
+    Each is written whole or not at all. Raises BgError BG055 where the operating system refuses.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        reason = problem.strerror or str(problem)
+        raise BgError([cannot_write(str(folder), reason)]) from problem
+    for name, content in files.items():
+        with written_whole(folder / name) as aside:
+            aside.write_bytes(content)
+    return [folder / name for name in files]
+
+
 def write_arrays(path: str | Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
     """Write a NumPy archive, compressed, with any names.
 

@@ -21,8 +21,8 @@ from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, Observation, Slot
 from bgc.options import Options
-from bgc.printing.draw import SHORT, DrawnNode, View, drawing, lay_out, part_paths, to_dot
 from bgc.printing.draw import Drawing as Drawn
+from bgc.printing.draw import DrawnNode, View, drawing, lay_out, part_paths, to_dot
 from bgc.runtime.view.description import Description
 from bgc.runtime.view.layered import layered
 from bgc.runtime.view.meter import METERED, GraphOfScene
@@ -138,7 +138,7 @@ def _layout(causal: CausalGraph, view: View) -> Description:
 
 
 def _node(node: DrawnNode, varies: bool) -> Description:
-    kind = SHORT.get(node.label, node.label)
+    kind = node.symbol
     return {
         "path": node.path,
         "name": node.path.rpartition(".")[2],

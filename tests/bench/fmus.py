@@ -209,12 +209,12 @@ def exported(
     """Write an FMU: its path, table, the columns of its outputs in a run, the residual."""
     from bgc.options import Options
     from bgc.runtime.fmi.binaries import read_platforms
-    from bgc.runtime.fmi.export import write_fmu
+    from bgc.runtime.fmi.export import fmu_files
     from bgc.runtime.fmi.model import prepare_model
+    from bgc.runtime.results.files import write_files
 
-    folder.mkdir()
     model = prepare_model(path, Options(scene), version)
-    (fmu, *_) = write_fmu(model, read_platforms(None), folder)
+    (fmu, *_) = write_files(folder, fmu_files(model, read_platforms(None)))
     measured = len(model.loaded.measured)
     columns = [
         v.index if v.kind == "output" else measured + v.index

@@ -29,10 +29,11 @@ from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.fmi import binaries
 from bgc.runtime.fmi.binaries import PLATFORMS, host_platform, read_platforms
-from bgc.runtime.fmi.export import write_fmu
+from bgc.runtime.fmi.export import fmu_files
 from bgc.runtime.fmi.inputs import ChosenInputs
 from bgc.runtime.fmi.model import prepare_model
 from bgc.runtime.fmi.units import unit_definitions
+from bgc.runtime.results.files import write_files
 
 MODELS = Path(__file__).parents[1] / "models"
 EVERYTHING = """
@@ -125,10 +126,9 @@ def made(tmp_path_factory) -> SimpleNamespace:
             ("lift", str(MODELS / "circuits.bg"), "lift", 2, []),
         ):
             options = Options(scene)
-            target = folder / name
-            target.mkdir()
             model = prepare_model(folder / file, options, version, inputs)
-            paths = write_fmu(model, platforms, target, reference=name == "decay")
+            files = fmu_files(model, platforms, reference=name == "decay")
+            paths = write_files(folder / name, files)
             setattr(found, name, str(paths[0]))
     return found
 
@@ -484,12 +484,14 @@ def test_refusals(made, tmp_path, monkeypatch):
     other = next(name for name in PLATFORMS if name != host_platform())
     monkeypatch.setattr(binaries, "find_spec", lambda name: None)
     assert "BG751" in refused([*fmu, "--platforms", other])
-    monkeypatch.setattr(binaries, "_FLAGS", ("-no-such-flag",))
-    assert "BG752" in refused(fmu)
+    with monkeypatch.context() as patch:
+        patch.setattr(binaries, "_FLAGS", ("-no-such-flag",))
+        assert "BG752" in refused(fmu)
     with monkeypatch.context() as patch:
         patch.setattr(tempfile, "tempdir", str(tmp_path / "full"))
         patch.setattr(binaries, "find_toolchain", lambda: Toolchain(("cc",), "gcc", ""))
         assert f"BG642]: cannot write temporary files in {tmp_path / 'full'}" in refused(fmu)
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "taken").write_text("a file")
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
     assert "BG055" in refused([*fmu[:-1], str(tmp_path / "taken" / "inside")])

@@ -69,6 +69,7 @@ bgc.runtime.studies
 bgc.runtime.editor
 bgc.runtime.view
 bgc.runtime.web
+bgc.runtime.targets
 bgc.runtime
 bgc.runtime.cli
 bgc

@@ -1,0 +1,1 @@
+"""Targets of `bgc build`: what a scene is compiled to, one module each."""
