@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from lark import Token, Tree
@@ -15,10 +16,24 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.tokens import ParseTree
-from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, unquoted
+from bgc.grammar.transform_expressions import (
+    MAX_DEPTH,
+    ExpressionTransform,
+    children_of,
+    unquoted,
+)
 from bgc.grammar.words import SCENE_WORDS
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
+
+
+_TWO_SIDED: Mapping[str, Callable[[syntax.Expr, syntax.Expr, Span], syntax.Item]] = {
+    "assign": syntax.Assign,
+    "derivative": syntax.Derivative,
+    "equation": syntax.Equation,
+    "project": syntax.Project,
+    "next": syntax.Next,
+}  # `left = right;`, with or without a keyword
 
 
 def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
@@ -78,8 +93,7 @@ class _Transform(ExpressionTransform):
     # --- declarations ---------------------------------------------------------------------
 
     def _function(self, tree: ParseTree) -> syntax.Function:
-        children: list[Any] = tree.children
-        _, name, formals, body = children
+        _, name, formals, body = children_of(tree)
         arguments = self._formals(formals)
         for formal in arguments:
             if formal.default is not None:
@@ -98,16 +112,14 @@ class _Transform(ExpressionTransform):
             return ()
         formals: list[syntax.Formal] = []
         for child in _trees(tree):
-            children: list[Any] = child.children
-            name, default = children
+            name, default = children_of(child)
             formals.append(
                 syntax.Formal(str(name), self._optional_expression(default), self.span(child))
             )
         return tuple(formals)
 
     def _domain(self, tree: ParseTree) -> syntax.Domain:
-        children: list[Any] = tree.children
-        pseudo, _, name, variables, _ = children
+        pseudo, _, name, variables, _ = children_of(tree)
         return syntax.Domain(
             str(name),
             pseudo is not None,
@@ -118,15 +130,13 @@ class _Transform(ExpressionTransform):
         )
 
     def _domain_variable(self, tree: ParseTree) -> syntax.DomainVariable:
-        children: list[Any] = tree.children
-        kind, name, dims, unit = children
+        kind, name, dims, unit = children_of(tree)
         return syntax.DomainVariable(
             str(kind), str(name), self._dims(dims), _optional_text(unit), self.span(tree)
         )
 
     def _model(self, tree: ParseTree) -> syntax.Model:
-        children: list[Any] = tree.children
-        _, name, formals, *is_base, block = children
+        _, name, formals, *is_base, block = children_of(tree)
         base = is_base[1] if is_base else None
         return syntax.Model(
             str(name),
@@ -140,8 +150,7 @@ class _Transform(ExpressionTransform):
         )
 
     def _scene(self, tree: ParseTree) -> syntax.Scene:
-        children: list[Any] = tree.children
-        _, name, word, first, _, second, items, _ = children
+        _, name, word, first, _, second, items, _ = children_of(tree)
         model, base = (first, second) if word.type == "OF" else (second, first)
         if model is not None and base is not None:
             self.report(model_and_base(self.span(model), str(name), str(base)))
@@ -171,22 +180,14 @@ class _Transform(ExpressionTransform):
                 return self._part(tree)
             case "chain":
                 return self._chain(tree)
-            case "assign":
-                return syntax.Assign(*self._two_sides(tree))
-            case "derivative":
-                return syntax.Derivative(*self._two_sides(tree))
-            case "equation":
-                return syntax.Equation(*self._two_sides(tree))
-            case "project":
-                return syntax.Project(*self._two_sides(tree))
             case "assertion":
                 return self._assertion(tree)
             case "shape":
                 return self._shape(tree)
             case "sample":
                 return self._sample(tree)
-            case "next":
-                return syntax.Next(*self._two_sides(tree))
+            case rule if rule in _TWO_SIDED:
+                return _TWO_SIDED[rule](*self._two_sides(tree))
             case "when":
                 return self._when(tree)
             case "for":
@@ -201,8 +202,7 @@ class _Transform(ExpressionTransform):
         return self.expression(left), self.expression(right), self.span(tree)
 
     def _value(self, tree: ParseTree) -> syntax.Value:
-        children: list[Any] = tree.children
-        kind, name, dims, unit, value, _, first, last = children
+        kind, name, dims, unit, value, _, first, last = children_of(tree)
         return syntax.Value(
             str(kind),
             str(name),
@@ -216,8 +216,7 @@ class _Transform(ExpressionTransform):
         )
 
     def _port(self, tree: ParseTree) -> syntax.Port:
-        children: list[Any] = tree.children
-        _, name, dims, direction, _, period, domain, main, *law = children
+        _, name, dims, direction, _, period, domain, main, *law = children_of(tree)
         if law and period is None:
             self.report(law_of_plain_port(self.span(law[0]), str(name)))
         return syntax.Port(
@@ -234,8 +233,7 @@ class _Transform(ExpressionTransform):
         )
 
     def _part(self, tree: ParseTree) -> syntax.Part:
-        children: list[Any] = tree.children
-        path, type_use, default, *law = children
+        path, type_use, default, *law = children_of(tree)
         name, *suffixes = path.children
         index: tuple[syntax.Expr, ...] = ()
         match suffixes:
@@ -269,13 +267,11 @@ class _Transform(ExpressionTransform):
         return syntax.Chain(stops, self.span(tree))
 
     def _assertion(self, tree: ParseTree) -> syntax.Assert:
-        children: list[Any] = tree.children
-        _, condition, message = children
+        _, condition, message = children_of(tree)
         return syntax.Assert(self.expression(condition), unquoted(message), self.span(tree))
 
     def _shape(self, tree: ParseTree) -> syntax.Shape:
-        children: list[Any] = tree.children
-        _, kind, _, arguments, _, _, first, _, second, _, at, axes, _, colour = children
+        _, kind, _, arguments, _, _, first, _, second, _, at, axes, _, colour = children_of(tree)
         span = self.span(tree)
         return syntax.Shape(
             str(kind),
@@ -290,8 +286,7 @@ class _Transform(ExpressionTransform):
         )
 
     def _sample(self, tree: ParseTree) -> syntax.Sample:
-        children: list[Any] = tree.children
-        _, period, _, offset, block = children
+        _, period, _, offset, block = children_of(tree)
         return syntax.Sample(
             self.expression(period),
             self._optional_expression(offset),
@@ -300,16 +295,14 @@ class _Transform(ExpressionTransform):
         )
 
     def _when(self, tree: ParseTree) -> syntax.When:
-        children: list[Any] = tree.children
-        word, condition, _, resets, _ = children
+        word, condition, _, resets, _ = children_of(tree)
         if resets is None:
             self.report(jumps.empty_when(self.token_span(word)))
         made = tuple(syntax.Reset(*self._two_sides(reset)) for reset in _listed(resets))
         return syntax.When(self.expression(condition), made, self.span(tree))
 
     def _for(self, tree: ParseTree) -> syntax.For:
-        children: list[Any] = tree.children
-        _, variable, _, first, last, block = children
+        _, variable, _, first, last, block = children_of(tree)
         return syntax.For(
             str(variable),
             self.expression(first),
@@ -320,8 +313,7 @@ class _Transform(ExpressionTransform):
 
     def _if(self, tree: ParseTree) -> syntax.If:
         """Nest the branches of `if a { } else if b { } else { }`, from the last to the first."""
-        children: list[Any] = tree.children
-        listed, last_else, last_block = children
+        listed, last_else, last_block = children_of(tree)
         otherwise = () if last_else is None else self._block(last_block)
         branches: list[list[Any]] = [branch.children for branch in _listed(listed)]
         if len(branches) > MAX_DEPTH:
@@ -390,8 +382,7 @@ class _Transform(ExpressionTransform):
         """Divide the paths behind `start rest` into those after `hold` and those after `vary`."""
         lists: dict[str, list[syntax.Expr]] = {"HOLD": [], "VARY": []}
         word = ""
-        children: list[Any] = tree.children
-        for child in children[2:]:
+        for child in children_of(tree)[2:]:
             if isinstance(child, Token):
                 word = child.type
             elif child is not None:
@@ -422,8 +413,7 @@ class _Transform(ExpressionTransform):
     # --- parts of declarations and items ----------------------------------------------------
 
     def _type_use(self, tree: ParseTree) -> syntax.TypeUse:
-        children: list[Any] = tree.children
-        name, dims, _, arguments, _ = children
+        name, dims, _, arguments, _ = children_of(tree)
         return syntax.TypeUse(
             str(name),
             self._dims(dims),

@@ -183,8 +183,7 @@ class ExpressionTransform:
         indices: list[syntax.Expr | syntax.Range] = []
         for index in tree.children[1:-1]:
             assert isinstance(index, Tree)
-            children: list[Any] = index.children
-            first, last = children
+            first, last = children_of(index)
             if last is None:
                 indices.append(self.expression(first, depth + 1))
             else:
@@ -245,6 +244,11 @@ class ExpressionTransform:
 
 
 _GLUED_POWER = re.compile(r"(?<![\w.])([0-9.]+(?:[eE][+-]?[0-9]+)? [A-Za-z][\w*/]*)-([0-9]+)$")
+
+
+def children_of(tree: ParseTree) -> list[Any]:
+    """The subtrees and tokens of a tree; those that are absent are None."""
+    return tree.children
 
 
 def unquoted(token: object) -> str:

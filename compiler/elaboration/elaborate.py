@@ -281,7 +281,7 @@ def _number_storage(wiring: Wiring, scalars: Scalars) -> None:
     """Number the ports of all storage elements consecutively."""
     count = 0
     for element in wiring.elements:
-        if element.basic in {"C", "I", "IC"}:
+        if element.row.stored:
             element.first_state = count
             count += len(scalars.ports(element.faces["all"]))
 
@@ -304,7 +304,7 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
     """Observe the states of all storage elements, all declared states and all outputs."""
     found: list[Observation] = []
     for element in wiring.elements:
-        for name in {"C": "q", "I": "p", "IC": "qp"}.get(element.basic, ""):
+        for name in element.row.stored:
             with world.report.collecting():
                 value = bonds.storage(element, name)
                 for k, index in enumerate(indices(value.shape)):

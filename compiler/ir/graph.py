@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.nodes import Matrix as Matrix
@@ -163,11 +163,7 @@ class Resistor:
     ports: tuple[Port, ...]
     law: LinearLaw | ExplicitLaw
     span: Span
-
-    @property
-    def kind(self) -> str:
-        """The label in drawings."""
-        return "R"
+    kind: ClassVar = "R"  # the label in drawings
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,11 +183,7 @@ class Transformer:
     matrix: Matrix
     inverse: Matrix | None
     span: Span
-
-    @property
-    def kind(self) -> str:
-        """The label in drawings, also for an MTF."""
-        return "TF"
+    kind: ClassVar = "TF"  # the label in drawings, also for an MTF
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,11 +195,7 @@ class Gyrator:
     ports2: tuple[Port, ...]
     matrix: Matrix
     span: Span
-
-    @property
-    def kind(self) -> str:
-        """The label in drawings, also for an MGY."""
-        return "GY"
+    kind: ClassVar = "GY"  # the label in drawings, also for an MGY
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,11 +206,7 @@ class Gyristor:
     ports: tuple[Port, ...]
     matrix: Matrix
     span: Span
-
-    @property
-    def kind(self) -> str:
-        """The label in drawings."""
-        return "GY"
+    kind: ClassVar = "GY"  # the label in drawings
 
 
 Element: TypeAlias = Junction | Source | Storage | Resistor | Transformer | Gyrator | Gyristor

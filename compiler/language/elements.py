@@ -26,6 +26,17 @@ class Form(Enum):
     MOMENTUM = "momentum"
 
 
+class Family(Enum):
+    """What an element does with power: the passes treat the elements of a family alike."""
+
+    SOURCE = "source"
+    STORAGE = "storage"
+    RESISTOR = "resistor"
+    TWO_PORT = "two-port"
+    JUNCTION = "junction"
+    BUNDLE = "bundle"  # of bonds, which has no law
+
+
 class Role(Enum):
     """Purpose of an argument: the constant of a law, the value of a source or ratio, a start."""
 
@@ -36,12 +47,18 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ElementArgument:
-    """An argument of an element. `form` is that of the law which it gives, for the role LAW."""
+    """An argument of an element. `form` is that of the law which it gives, for the role LAW.
+
+    `unit` is that of such an argument, as the powers of effort / flow and of the second: a
+    stiffness is effort / displacement, with displacement = flow * time; an inertia is
+    momentum / flow, with momentum = effort * time.
+    """
 
     name: str
     role: Role
     doc: str
     form: Form | None = None
+    unit: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,16 +74,19 @@ class LawForm:
 class ElementKind:
     """A basic element.
 
-    `basic` is the element without the M that marks a modulated one. `sides` are the faces that
+    `basic` is the element without the M that marks a modulated one. `symbol` is the text of its
+    node in a drawing, if not its name. `sides` are the faces that
     bonds meet: `all`, or `in` (port 1) and `out` (port 2). `widths` is the largest number of
     dimensions in brackets, None for any. The first argument may be given without its name.
     `energy` are the variables of the law `H`, none where the element has no such law. `missing`
-    is the advice for an element without a law. `observed` are the variables that a scene or an
+    is the advice for an element without a law. `dependent` says what a storage element without
+    integral causality stores. `observed` are the variables that a scene or an
     expression may read of a part.
     """
 
     name: str
     basic: str
+    family: Family
     title: str
     written: tuple[str, ...]
     law: str
@@ -78,8 +98,35 @@ class ElementKind:
     sides: tuple[str, ...] = ("all",)
     widths: int | None = 1
     missing: str = ""
+    dependent: str = ""
+    symbol: str = ""
     observed: tuple[str, ...] = ("e", "f", "power")
     related: tuple[str, ...] = ()
+
+    @property
+    def law_arguments(self) -> Mapping[str, Form]:
+        """The arguments that give a linear law, with the form of that law."""
+        return {each.name: each.form for each in self.arguments if each.form is not None}
+
+    @property
+    def value_argument(self) -> str | None:
+        """The argument that is the value of a source, or the ratio of a two-port."""
+        return next((each.name for each in self.arguments if each.role is Role.VALUE), None)
+
+    @property
+    def initial_arguments(self) -> tuple[str, ...]:
+        """The arguments that give values for the start."""
+        return tuple(each.name for each in self.arguments if each.role is Role.INITIAL)
+
+    @property
+    def right_sides(self) -> Mapping[str, str]:
+        """For the left side of each law but that of an energy, the variable of the right side."""
+        return {law.left: law.right for law in self.laws}
+
+    @property
+    def stored(self) -> tuple[str, ...]:
+        """The variables that it integrates: `q`, `p` or both."""
+        return tuple(name for name in self.observed if name in {"q", "p"})
 
     @property
     def law_variables(self) -> tuple[str, ...]:
@@ -110,6 +157,7 @@ def _start(*names: str) -> tuple[ElementArgument, ...]:
 _SE = ElementKind(
     "Se",
     "Se",
+    Family.SOURCE,
     "effort source",
     ("Se(e = 5 V)", "Se { e = 5*sin(time); }", "Se[3](e = force)"),
     "e is the given value, whatever the flow.",
@@ -124,6 +172,7 @@ _SE = ElementKind(
 _SF = ElementKind(
     "Sf",
     "Sf",
+    Family.SOURCE,
     "flow source",
     ("Sf(f = 1 m/s)", "Sf { f = sin(time); }", "Sf[6](f = zeros(6))"),
     "f is the given value, whatever the effort.",
@@ -138,6 +187,7 @@ _SF = ElementKind(
 _C = ElementKind(
     "C",
     "C",
+    Family.STORAGE,
     "compliance: spring, capacitor, tank",
     (
         "C(10 uF)",
@@ -152,12 +202,15 @@ _C = ElementKind(
     f"{_ANY_PORT} The arrow points into it. A matrix is a field that couples its components; a "
     "vector is the diagonal of one. The law may depend on parameters, not on time or signals.",
     (
-        ElementArgument("compliance", Role.LAW, "C in q = C e", Form.DISPLACEMENT),
-        ElementArgument("stiffness", Role.LAW, "K in e = K q; may be 0 or singular", Form.EFFORT),
+        ElementArgument("compliance", Role.LAW, "C in q = C e", Form.DISPLACEMENT, (-1, 1)),
+        ElementArgument(
+            "stiffness", Role.LAW, "K in e = K q; may be 0 or singular", Form.EFFORT, (1, -1)
+        ),
         *_start("q0", "e0"),
     ),
     (LawForm("e", "q", Form.EFFORT), LawForm("q", "e", Form.DISPLACEMENT)),
     ("q",),
+    dependent="its displacement follows from the effort that it is given",
     missing="give its compliance, `C(c)` or `C(stiffness = k)`, or a law: `C { e = k*q; }`",
     observed=("e", "f", "q", "power"),
     related=("I", "IC"),
@@ -166,6 +219,7 @@ _C = ElementKind(
 _I = ElementKind(
     "I",
     "I",
+    Family.STORAGE,
     "inertia: mass, flywheel, inductor",
     ("I(2 kg)", "I(1 mH, p0 = 0)", "I { f = p/m; }", "I { H = p^2/(2*m); }", "I[6](M)"),
     "p' = e, and f follows from p: f = p/M, or f = dH/dp of an energy H(p).",
@@ -173,9 +227,13 @@ _I = ElementKind(
     "stands at its own end. Otherwise its storage depends on that of others and is merged.",
     f"{_ANY_PORT} The arrow points into it. A matrix is a field that couples its components; a "
     "vector is the diagonal of one. The law may depend on parameters, not on time or signals.",
-    (ElementArgument("inertia", Role.LAW, "M in p = M f", Form.MOMENTUM), *_start("p0", "f0")),
+    (
+        ElementArgument("inertia", Role.LAW, "M in p = M f", Form.MOMENTUM, (1, 1)),
+        *_start("p0", "f0"),
+    ),
     (LawForm("f", "p", Form.FLOW), LawForm("p", "f", Form.MOMENTUM)),
     ("p",),
+    dependent="its momentum follows from the flow that it is given",
     missing="give its inertia, `I(m)`, or a law: `I { f = p/m; }`",
     observed=("e", "f", "p", "power"),
     related=("C", "IC"),
@@ -184,6 +242,7 @@ _I = ElementKind(
 _R = ElementKind(
     "R",
     "R",
+    Family.RESISTOR,
     "resistor: damper, friction, valve",
     ("R(2 ohm)", "R(conductance = 0.5 S)", "R { e = d1*f + d2*abs(f)*f; }", "R[3](D)"),
     "e = R f, f = G e, or an equation for e in f or for f in e. It dissipates e f.",
@@ -191,8 +250,8 @@ _R = ElementKind(
     f"{_ANY_PORT} The arrow points into it. A law that depends on time, states or signals needs "
     "`MR`. Where its conductance may be 0 or singular, give `conductance`.",
     (
-        ElementArgument("resistance", Role.LAW, "R in e = R f", Form.EFFORT),
-        ElementArgument("conductance", Role.LAW, "G in f = G e", Form.FLOW),
+        ElementArgument("resistance", Role.LAW, "R in e = R f", Form.EFFORT, (1, 0)),
+        ElementArgument("conductance", Role.LAW, "G in f = G e", Form.FLOW, (-1, 0)),
     ),
     (LawForm("e", "f", Form.EFFORT), LawForm("f", "e", Form.FLOW)),
     missing="give its resistance, `R(r)` or `R(conductance = g)`, or a law: `R { e = r*f; }`",
@@ -202,6 +261,7 @@ _R = ElementKind(
 _IC = ElementKind(
     "IC",
     "IC",
+    Family.STORAGE,
     "storage of both kinds on each bond",
     ("IC { H = p^2/(2*m) + k*q^2/2; }", "IC[3](q0 = [0, 0, 1 m]) { H = ..; }"),
     "For one energy H(q, p): f = q' = dH/dp and p' = e - dH/dq on a bond whose p is in H; "
@@ -210,6 +270,7 @@ _IC = ElementKind(
     f"{_ANY_PORT} The arrow points into it. Energy is conserved by construction.",
     _start("q0", "p0", "e0", "f0"),
     energy=("q", "p"),
+    dependent="its energy variables follow from what its bonds give it",
     missing="give its energy: `IC { H = p^2/(2*m) + k*q^2/2; }`",
     observed=("e", "f", "q", "p", "power"),
     related=("C", "I"),
@@ -218,6 +279,7 @@ _IC = ElementKind(
 _TF = ElementKind(
     "TF",
     "TF",
+    Family.TWO_PORT,
     "transformer: lever, gear, piston",
     ("TF(ratio = n)", "TF(20)", "TF { f2 = n*f1; }", "TF { f2 = J*f1; }"),
     "f2 = m f1 and e1 = m e2: power in at port 1 leaves at port 2. Of a matrix J, f2 = J f1 and "
@@ -240,6 +302,7 @@ _TF = ElementKind(
 _GY = ElementKind(
     "GY",
     "GY",
+    Family.TWO_PORT,
     "gyrator: motor, pump, gyroscope",
     ("GY(ratio = k)", "GY(0.05)", "GY { e2 = k*f1; }", "MGY[6] { e = S*f; }"),
     "e2 = r f1 and e1 = r f2. Of a matrix r, e2 = r f1 and e1 = r' f2.",
@@ -260,6 +323,7 @@ _GY = ElementKind(
 _J0 = ElementKind(
     "J0",
     "J0",
+    Family.JUNCTION,
     "0-junction: common effort",
     ("node : J0;", "gap : J0[6];", "node : J0(e0 = 3 V);"),
     "All bonds have one effort; the flows sum to zero, those of arrows in less those of arrows "
@@ -269,12 +333,14 @@ _J0 = ElementKind(
     "momenta that determine the effort; a zero that is a part's default gives way.",
     (ElementArgument("e0", Role.INITIAL, f"effort {_COMMON}"),),
     observed=("e",),
+    symbol="0",
     related=("J1",),
 )
 
 _J1 = ElementKind(
     "J1",
     "J1",
+    Family.JUNCTION,
     "1-junction: common flow",
     ("loop : J1;", "hub : J1[6];", "free : J1(f0 = rate0);"),
     "All bonds have one flow; the efforts sum to zero, those of arrows in less those of arrows "
@@ -285,12 +351,14 @@ _J1 = ElementKind(
     "flow, such as those of a joint's rate; a zero that is a part's default gives way.",
     (ElementArgument("f0", Role.INITIAL, f"flow {_COMMON}"),),
     observed=("f",),
+    symbol="1",
     related=("J0",),
 )
 
 _MUX = ElementKind(
     "Mux",
     "Mux",
+    Family.BUNDLE,
     "joins bonds into a wide one",
     ("join : Mux[3, 3];", "lin, ang -> join -> body;", "shafts : Mux[1, 1, 1];"),
     "The components of its arrows in, in the order written, are those of its arrow out.",

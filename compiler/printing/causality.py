@@ -9,6 +9,7 @@ from bgc.driver import Stages
 from bgc.ir.causal import CausalGraph, Role, Rule
 from bgc.ir.graph import Bond, FlatGraph, Storage, ports_of
 from bgc.ir.program import Loop, Program, ProgramState
+from bgc.language.elements import ELEMENTS
 from bgc.printing.tables import Table
 
 _COMPONENT = re.compile(r"(?P<base>.+)\[(?P<index>\d+)\]")
@@ -61,13 +62,6 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
     return Table("storage", ("element", "kind", "causality", "states"), tuple(rows))
 
 
-_FOLLOWS = {
-    "C": "none: its displacement follows from the effort that it is given",
-    "I": "none: its momentum follows from the flow that it is given",
-    "IC": "none: its energy variables follow from what its bonds give it",
-}
-
-
 def _storage_row(
     element: Storage, rules: set[Rule], states: Sequence[ProgramState], *, ignores_default: bool
 ) -> tuple[str, str, str, str]:
@@ -77,7 +71,7 @@ def _storage_row(
     others = [name for state in states for name in state.stores if name != element.name]
     names = _listed([state.name for state in states])
     if not states:
-        names = _FOLLOWS[element.kind]
+        names = f"none: {ELEMENTS[element.kind].dependent}"
     elif others:
         kind = states[0].kind
         names = f"the generalised {kind} {names}, with {_listed(dict.fromkeys(others))}"

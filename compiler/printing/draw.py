@@ -21,10 +21,10 @@ from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, port_ends
+from bgc.language.elements import ELEMENTS
 from bgc.printing.modulation import Modulation, modulations
 
 _COMPONENT = re.compile(r"\[\d+\]$")
-SHORT = {"J0": "0", "J1": "1"}
 HEAD = """digraph bond_graph {
   rankdir=LR; nodesep=0.25; ranksep=0.55; fontname="Helvetica"; fontsize=10;
   node [shape=box, peripheries=0, margin="0.06,0.04", width=0, height=0, fontname="Helvetica"];
@@ -104,6 +104,12 @@ class DrawnNode:
     path: str
     label: str
     is_part: bool = False
+
+    @property
+    def symbol(self) -> str:
+        """The label as it is drawn: `1` for J1."""
+        kind = ELEMENTS.get(self.label)
+        return (kind and kind.symbol) or self.label
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,8 +250,7 @@ def _label(node: DrawnNode, name: str, varies: bool) -> str:
         return f'label="{name}", peripheries=1, style=rounded, margin="0.12,0.08"'
     if not node.label:
         return f"label=<<i>{grey}</i>>"
-    kind = SHORT.get(node.label, node.label)
-    return f"label=<<b>{'M' if varies else ''}{kind}</b><br/>{grey}>"
+    return f"label=<<b>{'M' if varies else ''}{node.symbol}</b><br/>{grey}>"
 
 
 def _edge_line(edge: DrawnEdge, causal: CausalGraph, mark: int | Literal[False]) -> str:

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from html import escape
 
 from bgc.grammar import syntax
-from bgc.language.elements import ELEMENTS
-from bgc.printing.draw import HEAD, SHORT
+from bgc.language.elements import ELEMENTS, Family
+from bgc.printing.draw import HEAD
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
-
-_JUNCTIONS = ("J0", "J1")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +85,7 @@ def _end(
     if isinstance(item, syntax.Port):
         return _End(expr.name, port, _port_width(item, module, {}), False)
     if item.type.name in ELEMENTS:
-        whole = item.type.name in _JUNCTIONS and not index
+        whole = ELEMENTS[item.type.name].family is Family.JUNCTION and not index
         return _End(expr.name, port, _element_width(item, index, is_head), whole)
     return _End(expr.name, port, _model_width(item, port, module, is_head), False)
 
@@ -159,13 +157,14 @@ def _node(name: str, item: syntax.Part | syntax.Port) -> str:
         return f'  "{name}" [label=<{label}>];'
     kind = item.type.name
     sizes = ", ".join(_text(size) for size in item.type.dims)
-    shown = SHORT.get(kind, kind) + (f"[{sizes}]" if sizes else "")
+    row = ELEMENTS.get(kind)
+    shown = ((row and row.symbol) or kind) + (f"[{sizes}]" if sizes else "")
     index = f"[{', '.join(_text(i) for i in item.index)}]" if item.index else ""
     label = (
         f"<b>{escape(shown)}</b><br/>"
         f'<font point-size="9" color="#555555">{escape(name + index)}</font>'
     )
-    box = "" if kind in ELEMENTS else ' peripheries=1 style=rounded color="#999999"'
+    box = "" if row else ' peripheries=1 style=rounded color="#999999"'
     return f'  "{name}" [label=<{label}>{box}];'
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bgc.language.elements import ELEMENTS, ElementKind, Role
+from bgc.language.elements import ELEMENTS, ElementKind, Family, Role
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 
@@ -29,7 +29,7 @@ def _entry(name: str) -> Entry:
 def _family(kind: ElementKind) -> tuple[str, ...]:
     """The modulated forms of an element."""
     own = (n for n, k in ELEMENTS.items() if k.basic == kind.name and n != kind.name)
-    return () if kind.name in {"Mux", "Demux"} else tuple(own)
+    return tuple(own)
 
 
 def _body(kind: ElementKind) -> Iterator[Block]:
@@ -55,7 +55,7 @@ def _body(kind: ElementKind) -> Iterator[Block]:
 def _meaning(kind: ElementKind, variable: str) -> str:
     if variable != "power":
         return _READ[variable]
-    return "power out of it" if kind.basic in {"Se", "Sf"} else "power into it"
+    return "power out of it" if kind.family is Family.SOURCE else "power into it"
 
 
 GROUP = Group(

@@ -141,27 +141,21 @@ def negate(dag: Dag, operand: Operand) -> Value:
     return Value(value.shape, tuple(dag.neg(node) for node in value.nodes), value.units)
 
 
+# `a > b` is `b < a`, and `a != b` is `not a == b`.
+_RELATIONS = {"<": Op.LT, ">": Op.LT, "<=": Op.LE, ">=": Op.LE, "==": Op.EQ, "!=": Op.EQ}
+
+
 def compare(dag: Dag, operator: str, left: Operand, right: Operand) -> Value:
     """Compare two scalars by `< <= > >= == !=`: 1 if it holds, else 0."""
     a = require_scalar(left, f"what `{operator}` compares", "compare `norm(v)`, or a component")
     b = require_scalar(right, f"what `{operator}` compares", "compare `norm(v)`, or a component")
     unify((left, right), operator)
-    match operator:
-        case "<":
-            node = dag.call(Op.LT, a, b)
-        case "<=":
-            node = dag.call(Op.LE, a, b)
-        case ">":
-            node = dag.call(Op.LT, b, a)
-        case ">=":
-            node = dag.call(Op.LE, b, a)
-        case "==":
-            node = dag.call(Op.EQ, min(a, b), max(a, b))
-        case "!=":
-            node = dag.call(Op.NOT, dag.call(Op.EQ, min(a, b), max(a, b)))
-        case _:
-            raise AssertionError(operator)
-    return Value.scalar(node, DIMENSIONLESS)
+    if operator in (">", ">="):
+        a, b = b, a
+    if operator in ("==", "!="):
+        a, b = min(a, b), max(a, b)
+    node = dag.call(_RELATIONS[operator], a, b)
+    return Value.scalar(dag.call(Op.NOT, node) if operator == "!=" else node, DIMENSIONLESS)
 
 
 def truth(operand: Operand, what: str) -> int:

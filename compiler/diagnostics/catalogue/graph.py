@@ -77,8 +77,11 @@ def arrows_meet(span: Span, name: str, other: Span, *, leave: bool) -> Values:
 def no_element_on_bond(span: Span, name: str) -> None: ...
 @error("BG418", "more than {most} parts or iterations of `for`", "use fewer")
 def too_many_parts(span: Span, most: int) -> None: ...
-@error("BG419", "{owner} has no `{name}`", "read one of {have:quoted}")
-def unknown_port_member(span: Span, owner: str, name: str, have: Sequence[str]) -> None: ...
+@error("BG419", "{owner} has no `{name}`", "name an element or port that has it")
+def unknown_port_member(span: Span, owner: str, name: str, have: Sequence[str]) -> Values:
+    return {"help": f"read one of {quoted(have)}" if have else ""}
+
+
 @error(
     "BG420",
     "nothing writes `{signal}` along the bond at `{port}`",

@@ -12,6 +12,7 @@ from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port
+from bgc.language.elements import Family
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +100,7 @@ def _opposite_faces(wiring: Wiring) -> dict[Face, Face]:
     for port in wiring.ports:
         found[port.outer], found[port.inner] = port.inner, port.outer
     for element in wiring.elements:
-        if element.kind in {"Mux", "Demux"}:
+        if element.row.family is Family.BUNDLE:
             one, two = element.faces["in"], element.faces["out"]
             found[one], found[two] = two, one
     return found

@@ -15,20 +15,13 @@ from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port
-from bgc.language.elements import ELEMENTS
+from bgc.language.elements import Family
 from bgc.values.scope import Namespace
 from bgc.values.units import Dimension, multiply, times_seconds
 from bgc.values.value import Shape, Value
 
 _PLACEHOLDER_BASE = 1 << 40  # index of the first placeholder symbol, beyond all real ones
 
-_JUNCTIONS = ("J0", "J1")
-_ONE_PORT = {
-    name: kind.observed
-    for name, kind in ELEMENTS.items()
-    if kind.sides == ("all",) and name not in _JUNCTIONS
-}
-_TWO_PORT = ELEMENTS["TF"].observed
 _UNIT_OF = {"q": "flow", "p": "effort"}
 
 
@@ -48,27 +41,23 @@ class BondValues:
     def of_element(self, element: Element, name: str, span: Span) -> Value | Namespace:
         """A variable of an element by name."""
         self._require_bonds(span)
-        basic = element.basic
-        if basic in _JUNCTIONS:
+        row = element.row
+        if row.family is Family.JUNCTION:
             return self._of_junction(element, name, span)
         face = element.faces.get("all") or element.faces["in"]
-        if name in _ONE_PORT.get(basic, ()):
-            if name == "power":
-                return self._power(face, -1 if basic in {"Se", "Sf"} else 1)
-            if name in {"q", "p"}:
-                return self.storage(element, name)
-            return self.variable(face, name)
-        two_sided = "out" in element.faces and element.faces["out"].joints
-        if two_sided and basic in {"TF", "GY"} and name in _TWO_PORT:
-            if name == "power":
-                return self._power(face, 1)
-            return self.variable(element.faces["in" if name[1] == "1" else "out"], name[0])
-        if basic == "GY" and not two_sided and name in {"e", "f", "power"}:
-            return self._power(face, 1) if name == "power" else self.variable(face, name)
-        have = _ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
-        raise self._no_such_variable(
-            f"`{element.path}`, {with_article(element.kind)},", name, span, have
-        )
+        one_sided = row.family is Family.TWO_PORT and not element.faces["out"].joints
+        have = ("e", "f", "power") if one_sided else row.observed
+        if name not in have:
+            raise self._no_such_variable(
+                f"`{element.path}`, {with_article(element.kind)},", name, span, have
+            )
+        if name == "power":
+            return self._power(face, -1 if row.family is Family.SOURCE else 1)
+        if name in row.stored:
+            return self.storage(element, name)
+        if len(name) == 2:  # of port 1 or 2
+            face = element.faces["in" if name[1] == "1" else "out"]
+        return self.variable(face, name[0])
 
     def _of_junction(self, element: Element, name: str, span: Span) -> Value | Namespace:
         face = element.faces["all"]

@@ -20,6 +20,7 @@ from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
+from bgc.language.elements import Family
 
 
 @dataclass(slots=True)
@@ -90,7 +91,7 @@ def _declare_port(work: Nets, port: PortEntry) -> None:
 
 def _declare_element(work: Nets, element: Element) -> None:
     dims, span = element.dims, element.use.span
-    if element.kind in {"Mux", "Demux"}:
+    if element.row.family is Family.BUNDLE:
         into, out = element.faces["in"], element.faces["out"]
         work.equal.append((into.net, out.net, element.span))
         if dims:
@@ -248,7 +249,7 @@ def _probe_all(work: Nets) -> None:
     while waiting:
         later: list[Element] = []
         for element in waiting:
-            if element.basic in {"J0", "J1", "Mux", "Demux"}:
+            if element.row.family in (Family.JUNCTION, Family.BUNDLE):
                 continue
             try:
                 found = probe(work.world, element)

@@ -23,6 +23,7 @@ from bgc.elaboration.instances.tree import (
 )
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+from bgc.language.elements import Family
 
 # No port for an arrow in this direction, an arrow against a port, an arrow out of a C, I or R.
 _REVERSIBLE = ("BG403", "BG404", "BG405")
@@ -50,7 +51,7 @@ def wire(world: World, root: Instance) -> Wiring:
     for instance in _walk(world, root, wiring):
         wiring.instances.append(instance)
     for instance in wiring.instances:
-        for chain, env in instance.chains:
+        for chain, env in instance.written(syntax.Chain):
             for tails, heads in zip(chain.stops, chain.stops[1:], strict=False):
                 for tail in tails:
                     for head in heads:
@@ -239,7 +240,7 @@ def _slice(world: World, env: Environment, expr: syntax.Index) -> tuple[int, ...
 
 
 def _element_face(element: Element, expr: syntax.Expr, is_head: bool) -> Face:
-    if element.basic in {"C", "I", "R", "IC"} and not is_head:
+    if element.row.family in (Family.STORAGE, Family.RESISTOR) and not is_head:
         raise BgError([graph.arrow_out_of_element(expr.span, element.path, element.kind)])
     return element.faces.get("all") or element.faces["in" if is_head else "out"]
 
@@ -321,7 +322,7 @@ def check_single(world: World, wiring: Wiring, sized: set[Face]) -> None:
         whole = [j for j in face.joints if j.slice is None]
         if face.junction or len(face.joints) < 2 or not whole:
             continue
-        if isinstance(owner, Element) and (owner.kind in {"Mux", "Demux"} or face in sized):
+        if isinstance(owner, Element) and (owner.row.family is Family.BUNDLE or face in sized):
             continue
         first, second = whole[0], face.joints[1]
         is_port = isinstance(owner, PortEntry)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bgc.algebra.dag import Dag, Level
 from bgc.diagnostics.catalogue import shapes, values
 from bgc.diagnostics.diagnostic import BgError
@@ -39,6 +41,21 @@ def fit_shape(dag: Dag, value: Value, shape: Shape | None, span: Span, what: str
         return Value(shape, value.nodes * count, value.units * count)
     expected, found = describe_shape(shape), describe_shape(value.shape)
     raise BgError([shapes.wrong_shape(span, what, expected, found)])
+
+
+def fit_like(dag: Dag, value: Value, like: Value, span: Span, what: str) -> Value:
+    """Give a value the shape of another one, and require the units of that one."""
+    fitted = fit_shape(dag, value, like.shape, span, what)
+    check_components(fitted, like.units, span, what)
+    return fitted
+
+
+def check_components(
+    value: Value, units: Sequence[Dimension | None], span: Span, what: str
+) -> None:
+    """Raise BgError if a component has a known dimension other than that at its place."""
+    for component, unit in zip(value.components, units, strict=True):
+        check_units(component, unit, span, what)
 
 
 def check_value(value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str) -> None:

@@ -5,7 +5,7 @@ Parts are built when they are first needed, so declarations may come in any orde
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 from bgc.diagnostics.catalogue import graph, laws, names, samples, slots
@@ -34,7 +34,7 @@ from bgc.elaboration.instances.tree import (
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Slot
-from bgc.language.elements import ELEMENTS
+from bgc.language.elements import ELEMENTS, Family
 from bgc.resolution.modules import Declared
 from bgc.values.value import Value
 
@@ -242,32 +242,11 @@ class Builder:
             case syntax.Part():
                 self._register_indexed(item, env)
             case syntax.For():
-                first = self.world.whole(item.first, env, "the start", -MAX_TURNS, MAX_TURNS)
-                last = self.world.whole(item.last, env, "the end", -MAX_TURNS, MAX_TURNS)
-                for turn in range(first, last + 1):
-                    self.count_turn(item)
-                    inside = env.nested()
-                    inside.locals[item.variable] = Value.scalar(self.world.dag.const(turn))
+                for inside in self.turns(item, env):
                     self._register(item.items, inside, arguments, in_loop=True)
             case syntax.If():
                 chosen = item.yes if self.world.holds(item.condition, env) else item.no
                 self._register(chosen, env, arguments, in_loop)
-            case syntax.Chain():
-                instance.chains.append((item, env))
-            case syntax.Assign():
-                instance.assigns.append((item, env))
-            case syntax.Derivative():
-                instance.derivatives.append((item, env))
-            case syntax.Equation():
-                instance.equations.append((item, env))
-            case syntax.Project():
-                instance.projections.append((item, env))
-            case syntax.Assert():
-                instance.asserts.append((item, env))
-            case syntax.Shape():
-                instance.shapes.append((item, env))
-            case syntax.When():
-                instance.whens.append((item, env))
             case syntax.Sample():
                 enter_sampled(self, instance, item, env)
             case syntax.Next():
@@ -278,12 +257,20 @@ class Builder:
                     enter_sampled_port(self, instance, port)
             case syntax.Value():
                 raise AssertionError("values are entered first")
+            case _:
+                instance.statements.append((item, env))
 
-    def count_turn(self, loop: syntax.For) -> None:
-        """Count an iteration of a loop; BgError where there are too many."""
-        self._turns += 1
-        if self._turns > MAX_PARTS:
-            raise self._too_many(loop.span)
+    def turns(self, loop: syntax.For, env: Environment) -> Iterator[Environment]:
+        """The environment of each iteration of a loop; BgError where there are too many."""
+        first = self.world.whole(loop.first, env, "the start", -MAX_TURNS, MAX_TURNS)
+        last = self.world.whole(loop.last, env, "the end", -MAX_TURNS, MAX_TURNS)
+        for turn in range(first, last + 1):
+            self._turns += 1
+            if self._turns > MAX_PARTS:
+                raise self._too_many(loop.span)
+            inside = env.nested()
+            inside.locals[loop.variable] = Value.scalar(self.world.dag.const(turn))
+            yield inside
 
     def _too_many(self, span: Span) -> BgError:
         """The error for too many parts or loop iterations, reported once."""
@@ -454,13 +441,14 @@ class Builder:
         if part.default is not None:
             raise BgError([slots.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
         dims = tuple(self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims)
-        most = ELEMENTS[kind].widths or MAX_WIDTH
+        row = ELEMENTS[kind]
+        most = row.widths or MAX_WIDTH
         if len(dims) > most:
             expected = f"at most {most} width" + "s" * (most > 1)
             raise BgError([names.wrong_dimensions(part.type.name_span, kind, expected, len(dims))])
         faces = {
-            side: Face(pending.path, part.name_span, junction=kind in {"J0", "J1"})
-            for side in ELEMENTS[kind].sides
+            side: Face(pending.path, part.name_span, junction=row.family is Family.JUNCTION)
+            for side in row.sides
         }
         return Element(pending.path, kind, part.type, part.law, env, dims, part.name_span, faces)
 

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
 from bgc.diagnostics.catalogue import names, samples
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.limits import MAX_TURNS
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Environment, Instance, Quantity, SampledPart
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
-from bgc.values.value import Value
 
 _HELD = {"state", "output", "signal"}
 _LOCAL = {"let", "const"}
+_NAMES: Mapping[type[syntax.Item], str] = {
+    syntax.Part: "a part",
+    syntax.Chain: "a bond",
+    syntax.Port: "a port",
+    syntax.Derivative: "`der(..) = ..;`",
+    syntax.When: "`when`",
+    syntax.Sample: "another `sample`",
+}  # of statements that a `sample` does not hold
 
 
 class _Builds(Protocol):
@@ -27,8 +33,8 @@ class _Builds(Protocol):
     def enter(self, instance: Instance, name: str, member: Quantity, span: Span) -> None:
         """Enter a member of an instance."""
 
-    def count_turn(self, loop: syntax.For) -> None:
-        """Count an iteration of a loop."""
+    def turns(self, loop: syntax.For, env: Environment) -> Iterator[Environment]:
+        """The environment of each iteration of a loop."""
 
 
 def enter_sampled(
@@ -115,34 +121,12 @@ def _enter_statement(
                 raise BgError([samples.not_in_sample(item.span, f"a definition of `{name}`")])
             world.quantities.definitions.setdefault(definition, []).append((item, env))
         case syntax.For():
-            first = world.whole(item.first, env, "the start", -MAX_TURNS, MAX_TURNS)
-            last = world.whole(item.last, env, "the end", -MAX_TURNS, MAX_TURNS)
-            for turn in range(first, last + 1):
-                builder.count_turn(item)
-                inside = env.nested()
-                inside.locals[item.variable] = Value.scalar(world.dag.const(turn))
+            for inside in builder.turns(item, env):
                 _enter_items(builder, instance, part, item.items, inside, in_loop=True)
         case syntax.If():
             chosen = item.yes if world.holds(item.condition, env) else item.no
             _enter_items(builder, instance, part, chosen, env, in_loop=in_loop)
         case _:
-            raise BgError([samples.not_in_sample(item.span, _kind_of(item))])
-
-
-def _kind_of(item: syntax.Item) -> str:
-    """The kind of a statement, for messages."""
-    match item:
-        case syntax.Part():
-            return "a part"
-        case syntax.Chain():
-            return "a bond"
-        case syntax.Port():
-            return "a port"
-        case syntax.Derivative():
-            return "`der(..) = ..;`"
-        case syntax.When():
-            return "`when`"
-        case syntax.Sample():
-            return "another `sample`"
-        case _:
-            return "this statement"
+            raise BgError(
+                [samples.not_in_sample(item.span, _NAMES.get(type(item), "this statement"))]
+            )

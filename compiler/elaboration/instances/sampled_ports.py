@@ -84,7 +84,7 @@ def enter_sampled_port(builder: _Builds, instance: Instance, port: PortEntry) ->
     instance.members[key] = Pending(port.path, part, env, None, coupling, Status.DONE)
     outer, inner = syntax.Name(item.name, item.name_span), syntax.Name(key, item.name_span)
     stops = ((outer,), (inner,)) if sense < 0 else ((inner,), (outer,))
-    instance.chains.append((syntax.Chain(stops, item.name_span), env))
+    instance.statements.append((syntax.Chain(stops, item.name_span), env))
 
 
 def _arguments(item: syntax.Port, env: Environment) -> dict[str, Given]:

@@ -8,15 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.grammar import syntax
-from bgc.language.elements import ELEMENTS
+from bgc.language.elements import ELEMENTS, ElementKind
 from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import Namespace
 from bgc.values.value import Value
+
+_Item = TypeVar("_Item", bound=syntax.Item)
 
 
 @dataclass(slots=True, eq=False)
@@ -112,9 +114,14 @@ class Element:
     first_state: int = -1
 
     @property
+    def row(self) -> ElementKind:
+        """The row of its kind in the table of elements."""
+        return ELEMENTS[self.kind]
+
+    @property
     def basic(self) -> str:
         """The kind without the M of a modulated element."""
-        return ELEMENTS[self.kind].basic
+        return self.row.basic
 
 
 @dataclass(slots=True, eq=False)
@@ -136,7 +143,7 @@ class Instance:
     """An instance of a model.
 
     `kinds` lists the model, the models that it extends and its interfaces, each with dimensions.
-    The other lists hold its statements, each with the environment in which it was written.
+    `statements` are in source order, each with the environment in which it was written.
     """
 
     path: str
@@ -147,20 +154,17 @@ class Instance:
     formals: dict[str, Value] = field(default_factory=dict)
     members: dict[str, Member] = field(default_factory=dict)
     kinds: list[tuple[Declared[syntax.Model], tuple[int, ...]]] = field(default_factory=list)
-    chains: list[tuple[syntax.Chain, Environment]] = field(default_factory=list)
-    assigns: list[tuple[syntax.Assign, Environment]] = field(default_factory=list)
-    derivatives: list[tuple[syntax.Derivative, Environment]] = field(default_factory=list)
-    equations: list[tuple[syntax.Equation, Environment]] = field(default_factory=list)
-    projections: list[tuple[syntax.Project, Environment]] = field(default_factory=list)
-    asserts: list[tuple[syntax.Assert, Environment]] = field(default_factory=list)
-    shapes: list[tuple[syntax.Shape, Environment]] = field(default_factory=list)
-    whens: list[tuple[syntax.When, Environment]] = field(default_factory=list)
+    statements: list[tuple[syntax.Item, Environment]] = field(default_factory=list)
     sampled: list[SampledPart] = field(default_factory=list)
 
     @property
     def name(self) -> str:
         """The path, or the name of the model at the root; for messages."""
         return self.path or self.declared.syntax.name
+
+    def written(self, kind: type[_Item]) -> list[tuple[_Item, Environment]]:
+        """The statements of a kind, in source order."""
+        return [(item, env) for item, env in self.statements if isinstance(item, kind)]
 
     def within(self, name: str) -> str:
         """The path of a member."""

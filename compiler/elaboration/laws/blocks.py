@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import laws as law_messages
@@ -18,26 +18,10 @@ from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Element, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
-from bgc.ir.graph import Form, Matrix, Node, Port
-from bgc.language.elements import ELEMENTS, Role
+from bgc.ir.graph import Matrix, Node, Port
+from bgc.language.elements import Role
 from bgc.values.units import divide
 from bgc.values.value import Value, describe_shape
-
-# The arguments that give an element a linear law, with the form of that law.
-LAW_ARGUMENTS: dict[str, dict[str, Form]] = {
-    name: {a.name: a.form for a in kind.arguments if a.form is not None}
-    for name, kind in ELEMENTS.items()
-}
-VALUE_ARGUMENT = {
-    name: argument.name
-    for name, kind in ELEMENTS.items()
-    for argument in kind.arguments
-    if argument.role is Role.VALUE
-}
-INITIAL_ARGUMENTS = {
-    name: tuple(a.name for a in kind.arguments if a.role is Role.INITIAL)
-    for name, kind in ELEMENTS.items()
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +104,7 @@ class Laws:
         self,
         element: Element,
         law: Sequence[syntax.LawEquation],
-        right: dict[str, str],
+        right: Mapping[str, str],
         have: Sequence[str],
     ) -> tuple[str, tuple[Node, ...]]:
         """The common left side of these equations, and one node for each of its components.
@@ -235,7 +219,7 @@ def left_name(equation: syntax.LawEquation) -> str:
 
 def missing_law(element: Element) -> BgError:
     """The error for an element with neither argument nor law."""
-    way = ELEMENTS[element.basic].missing
+    way = element.row.missing
     return BgError([law_messages.law_missing(element.span, element.path, element.kind, way)])
 
 
@@ -251,11 +235,11 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
         if name is None:
             problems.append(names.positional_argument(argument.span, what, allowed))
         elif name in {"q0", "p0", "e0", "f0"} and name not in allowed:
-            have = INITIAL_ARGUMENTS.get(element.basic, ())
+            have = element.row.initial_arguments
             problems.append(law_messages.initial_not_of_this(argument.span, name, what, have))
         elif name not in allowed:
             in_braces = f"a law stands in braces: `{element.kind} {{ {name} = ..; }}`"
-            advice = in_braces if name in ELEMENTS[element.basic].law_starts else ""
+            advice = in_braces if name in element.row.law_starts else ""
             problems.append(names.unknown_argument(argument.span, name, what, allowed, advice))
         elif name in found:
             problems.append(names.given_twice(argument.span, name, found[name].span))
@@ -268,9 +252,7 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
 
 def value_argument(element: Element) -> tuple[str, syntax.Argument] | None:
     """The argument that is an element's law or value, with its name; used to infer units."""
-    known = [*LAW_ARGUMENTS.get(element.basic, {})]
-    if element.basic in VALUE_ARGUMENT:
-        known.append(VALUE_ARGUMENT[element.basic])
+    known = [each.name for each in element.row.arguments if each.role is not Role.INITIAL]
     for k, argument in enumerate(element.use.arguments):
         name = argument.name or (known[0] if k == 0 and known else "")
         if name in known:

@@ -13,7 +13,7 @@ from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.blocks import INITIAL_ARGUMENTS, Laws, arguments_of
+from bgc.elaboration.laws.blocks import Laws, arguments_of
 from bgc.elaboration.laws.checks import LawChecks
 from bgc.elaboration.laws.one_ports import (
     read_initials,
@@ -24,6 +24,7 @@ from bgc.elaboration.laws.one_ports import (
 from bgc.elaboration.laws.two_ports import read_gyrators, read_gyristor, read_transformers
 from bgc.ir.graph import Element as FlatElement
 from bgc.ir.graph import Junction
+from bgc.language.elements import Family
 
 
 def read_elements(
@@ -40,29 +41,29 @@ def read_elements(
 
 def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
     """Convert one element of the tree; a Mux has no element in the flat graph."""
-    match element.basic:
-        case "J0" | "J1":
+    match element.row.family:
+        case Family.JUNCTION:
             return [*_read_junctions(laws, element)]
-        case "Se" | "Sf":
+        case Family.SOURCE:
             return [*read_sources(laws, element)]
-        case "C" | "I" | "IC":
+        case Family.STORAGE:
             return [read_storage(laws, element)]
-        case "R":
+        case Family.RESISTOR:
             return [read_resistor(laws, element)]
-        case "TF":
+        case Family.TWO_PORT if element.basic == "TF":
             return [*read_transformers(laws, checks, element)]
-        case "GY" if element.faces["out"].joints:
+        case Family.TWO_PORT if element.faces["out"].joints:
             return [*read_gyrators(laws, checks, element)]
-        case "GY":
+        case Family.TWO_PORT:
             return [read_gyristor(laws, checks, element)]
-        case _:
+        case Family.BUNDLE:
             _require_bare(element)
             return []
 
 
 def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
     """Split a wide junction into scalar ones."""
-    given = arguments_of(element, INITIAL_ARGUMENTS[element.basic])
+    given = arguments_of(element, element.row.initial_arguments)
     _require_no_law(element)
     found = laws.scalars.ports(element.faces["all"])
     starts = {initial.port: initial for initial in read_initials(laws, element, given)}

@@ -9,7 +9,7 @@ from bgc.diagnostics.catalogue import jumps as messages
 from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.checks import check_units, check_value, fit_shape
+from bgc.elaboration.instances.checks import check_value, fit_like
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Environment
@@ -60,9 +60,7 @@ def _read_reset(world: World, reset: syntax.Reset, env: Environment) -> Iterator
         if symbol is None or symbol.kind not in _STATES:
             raise BgError([messages.not_resettable(reset.target.span, name, _why_not(symbol))])
     span, what = reset.value.span, f"`{name}`"
-    value = fit_shape(world.dag, world.evaluate(reset.value, env), target.shape, span, what)
-    for component, unit in zip(value.components, target.units, strict=True):
-        check_units(component, unit, span, what)
+    value = fit_like(world.dag, world.evaluate(reset.value, env), target, span, what)
     labels = component_names(name, target.shape)
     for label, symbol_node, node in zip(labels, target.nodes, value.nodes, strict=True):
         yield Reset(symbol_node, node, label, reset.target.span)

@@ -10,13 +10,10 @@ from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.domains import JOULE
-from bgc.elaboration.instances.checks import check_units, require_level
+from bgc.elaboration.instances.checks import check_components, check_units, require_level
 from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.laws.blocks import (
-    INITIAL_ARGUMENTS,
-    LAW_ARGUMENTS,
-    VALUE_ARGUMENT,
     Laws,
     arguments_of,
     left_name,
@@ -35,25 +32,16 @@ from bgc.ir.graph import (
     Source,
     Storage,
 )
-from bgc.language.elements import ELEMENTS
 from bgc.values.value import Value, describe_shape
 
-# For each element and left side: the variable of the right side, and the form of the law.
-_LAWS = {
-    name: {law.left: (law.right, law.form) for law in kind.laws if law.form is not None}
-    for name, kind in ELEMENTS.items()
-}
 _MAX_PORTS = 1000  # of a multiport element, whose matrix has one row and column per port
-_STATE_KINDS = {
-    "C": {Kind.DISPLACEMENT},
-    "I": {Kind.MOMENTUM},
-    "IC": {Kind.DISPLACEMENT, Kind.MOMENTUM},
-}
+_STATE_KINDS = {"q": Kind.DISPLACEMENT, "p": Kind.MOMENTUM}
 
 
 def read_sources(laws: Laws, element: Element) -> list[Source]:
     """Read a source, with one scalar element per component."""
-    variable = VALUE_ARGUMENT[element.basic]
+    variable = element.row.value_argument
+    assert variable is not None, "a source has a value"
     given = arguments_of(element, (variable,))
     if variable in given and element.law is not None:
         raise BgError([law_messages.law_and_argument(given[variable].span, element.path, variable)])
@@ -66,10 +54,9 @@ def read_sources(laws: Laws, element: Element) -> list[Source]:
     ports = laws.ports(element, "all")
     what = f"the value of `{element.path}`"
     nodes = laws.vector(value, len(ports), element.use.span, what, spread=True)
-    own = laws.variable(element, variable).units
+    own = laws.variable(element, variable)
     units = value.units * (len(ports) if value.is_scalar else 1)
-    for node, unit, expected in zip(nodes, units, own, strict=True):
-        check_units(Value.scalar(node, unit), expected, element.use.span, what)
+    check_components(Value(own.shape, nodes, units), own.units, element.use.span, what)
     return [
         Source(
             component_name(element.path, (k + 1,) if len(ports) > 1 else ()),
@@ -98,10 +85,10 @@ def _source_law(
 
 def read_storage(laws: Laws, element: Element) -> Storage:
     """Read a C, I or IC: one element of any width."""
-    kind = element.basic
-    given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
+    kind, row = element.basic, element.row
+    given = arguments_of(element, (*row.law_arguments, *row.initial_arguments))
     law = _read_law(laws, element, given)
-    if depends_on_others(laws, law, element, _STATE_KINDS[kind]):
+    if depends_on_others(laws, law, element, {_STATE_KINDS[name] for name in row.stored}):
         raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
     initial = read_initials(laws, element, given)
     ports = laws.ports(element, "all")
@@ -114,7 +101,7 @@ def read_initials(
     """The values that an element's arguments give for the start, one per port or component."""
     return tuple(
         start
-        for name in INITIAL_ARGUMENTS[element.basic]
+        for name in element.row.initial_arguments
         if name in given
         for start in _read_initial(laws, element, name, given[name])
     )
@@ -130,15 +117,14 @@ def _read_initial(
     own = laws.variable(element, name[0])
     nodes = laws.vector(value, len(own.nodes), span, what, spread=True)
     units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
-    for node, unit, expected in zip(nodes, units, own.units, strict=True):
-        check_units(Value.scalar(node, unit), expected, span, what)
+    check_components(Value(own.shape, nodes, units), own.units, span, what)
     is_default = laws.world.quantities.is_zero_by_default(argument.value, element.env)
     return [Initial(k, name[0], node, span, is_default) for k, node in enumerate(nodes)]
 
 
 def read_resistor(laws: Laws, element: Element) -> Resistor:
     """Read an R: one element of any width."""
-    given = arguments_of(element, tuple(LAW_ARGUMENTS["R"]))
+    given = arguments_of(element, tuple(element.row.law_arguments))
     law = _read_law(laws, element, given)
     assert not isinstance(law, EnergyLaw)
     own = {Kind.EFFORT, Kind.FLOW}
@@ -152,7 +138,7 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
         raise BgError(
             [shape_messages.too_large(element.use.span, f"the matrix of `{element.path}`")]
         )
-    forms = LAW_ARGUMENTS.get(element.basic, {})
+    forms = element.row.law_arguments
     named = [name for name in forms if name in given]
     if element.law is not None and named:
         raise BgError([law_messages.law_and_argument(given[named[0]].span, element.path, named[0])])
@@ -166,14 +152,12 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
         what = f"the {named[0]} of `{element.path}`"
         matrix = laws.square(value, width, argument.span, what)
         form = forms[named[0]]
-        (left, right), *_ = (
-            (left, right) for left, (right, f) in _LAWS[element.basic].items() if f is form
-        )
-        laws.check_entries(element, value, left, right, argument.span, what)
+        law = next(law for law in element.row.laws if law.form is form)
+        laws.check_entries(element, value, law.left, law.right, argument.span, what)
         return LinearLaw(form, matrix)
     if not element.law:
         raise missing_law(element)
-    if left_name(element.law[0]) == "H" and ELEMENTS[element.basic].energy:
+    if left_name(element.law[0]) == "H" and element.row.energy:
         return _read_energy(laws, element, element.law)
     return _read_equation(laws, element, element.law)
 
@@ -181,7 +165,7 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
 def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> EnergyLaw:
     if len(law) > 1:
         raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
-    value = laws.right_side(element, law[0], "H", ELEMENTS[element.basic].energy)
+    value = laws.right_side(element, law[0], "H", element.row.energy)
     if len(value.nodes) != 1:
         found = describe_shape(value.shape)
         raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
@@ -192,12 +176,10 @@ def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
 
 
 def _read_equation(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> Law:
-    table = _LAWS[element.basic]
-    have = [f"{left} = .." for left in table]
-    have += ["H = .."] if ELEMENTS[element.basic].energy else []
-    right = {left: variable for left, (variable, _) in table.items()}
-    left, nodes = laws.equations(element, law, right, have)
-    variable, form = table[left]
+    have = [f"{left} = .." for left in element.row.law_starts]
+    left, nodes = laws.equations(element, law, element.row.right_sides, have)
+    (variable, form) = next((law.right, law.form) for law in element.row.laws if law.left == left)
+    assert form is not None, "a law of a one-port has a form"
     symbols = laws.variable(element, variable).nodes
     matrix = linear_coefficients(laws.world.dag, nodes, symbols)
     if matrix is not None:

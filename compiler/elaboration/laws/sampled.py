@@ -6,18 +6,17 @@ from collections.abc import Iterator
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.catalogue import names, samples
+from bgc.diagnostics.catalogue import samples
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
-from bgc.elaboration.instances.checks import check_units, check_value, fit_shape, require_level
-from bgc.elaboration.instances.components import component_names, ordinal
+from bgc.elaboration.instances.checks import check_value, fit_shape, require_level
+from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.notes import note
-from bgc.elaboration.instances.scopes import path_of
-from bgc.elaboration.instances.tree import Environment, Quantity, SampledPart
+from bgc.elaboration.instances.tree import SampledPart
 from bgc.elaboration.instances.world import World
-from bgc.grammar import syntax
+from bgc.elaboration.laws.statements import read_target
 from bgc.ir.graph import FlatGraph, Held, Junction, Node, SampleRate, Storage
 from bgc.values.units import si_text
 
@@ -71,13 +70,13 @@ def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
             initial = fit_shape(
                 world.dag, world.quantities.start(quantity), symbols.shape, span, quantity.path
             ).nodes
-            updates = following.get(quantity, {})
-            if len(updates) < len(symbols.nodes):
+            places = range(quantity.first, quantity.first + len(symbols.nodes))
+            nodes = [following[k][0] for k in places if k in following]
+            if len(nodes) < len(symbols.nodes):
                 if all_read:  # else the one that is missing has been reported
                     name = quantity.declaration.name
                     world.report.add(samples.state_without_next(span, name))
                 continue
-            nodes = [updates[k][0] for k in range(len(symbols.nodes))]
         else:
             initial = (world.dag.zero,) * len(symbols.nodes)
             value = world.quantities.value(part.definitions[quantity], span)
@@ -90,41 +89,13 @@ def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
             yield Held(index, label, unit, initial[k], nodes[k], rate, is_state, span)
 
 
-def _read_nexts(world: World, part: SampledPart) -> dict[Quantity, dict[int, tuple[Node, Span]]]:
-    """The next value of each component of each state, with its place."""
-    found: dict[Quantity, dict[int, tuple[Node, Span]]] = {}
+def _read_nexts(world: World, part: SampledPart) -> dict[int, tuple[Node, Span]]:
+    """The next value of each component of each state by its symbol, with its place."""
+    found: dict[int, tuple[Node, Span]] = {}
     for statement, env in part.nexts:
         with world.report.collecting(note(env)):
-            _read_next(world, part, statement, env, found)
+            read_target(world, statement, env, found, part)
     return found
-
-
-def _read_next(
-    world: World,
-    part: SampledPart,
-    statement: syntax.Next,
-    env: Environment,
-    found: dict[Quantity, dict[int, tuple[Node, Span]]],
-) -> None:
-    target = statement.target
-    base = target.base if isinstance(target, syntax.Index) else target
-    assert env.instance is not None
-    state = env.instance.members.get(base.name) if isinstance(base, syntax.Name) else None
-    if not isinstance(state, Quantity) or state.kind != "state" or state not in part.held:
-        raise BgError([samples.next_of_what(target.span, path_of(target))])
-    symbols = world.quantities.value(state, target.span)
-    places, shape = list(range(len(symbols.nodes))), symbols.shape
-    if isinstance(target, syntax.Index):
-        index = world.quantities.component_index(target, env, symbols.shape, state.path)
-        places, shape = [ordinal(index, symbols.shape)], ()
-    what, span = f"`{path_of(target)}`", statement.value.span
-    value = fit_shape(world.dag, world.evaluate(statement.value, env), shape, span, what)
-    known = found.setdefault(state, {})
-    for place, component in zip(places, value.components, strict=True):
-        check_units(component, symbols.units[place], span, what)
-        if place in known:
-            raise BgError([names.given_twice(target.span, path_of(target), known[place][1])])
-        known[place] = (component.node, target.span)
 
 
 def refuse_held_early(graph: FlatGraph) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.catalogue import graph, laws, names, values
+from bgc.diagnostics.catalogue import graph, laws, names, samples
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
@@ -14,23 +14,25 @@ from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
-from bgc.elaboration.instances.checks import check_value, fit_shape
+from bgc.elaboration.instances.checks import check_units, check_value, fit_like, fit_shape
 from bgc.elaboration.instances.components import component_names, ordinal
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.scopes import find_member, path_of
-from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity
+from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity, SampledPart
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.jumps import read_jump
 from bgc.grammar import syntax
 from bgc.ir.graph import Condition, Equation, Guard, Jump, Node, State, Unknown
 from bgc.values.units import (
     Dimension,
-    describe_dimension,
     divide,
     shown_of,
     si_text,
 )
 from bgc.values.value import Value, describe_shape
+
+# In this order: the nodes of one kind of statement come before those of the next.
+_KINDS = (syntax.Derivative, syntax.Project, syntax.Equation, syntax.Assert, syntax.When)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,7 @@ class Statements:
 def collect_definitions(world: World, wiring: Wiring) -> None:
     """Register each assignment with the output or signal that it defines, without evaluation."""
     for instance in wiring.instances:
-        for statement, env in instance.assigns:
+        for statement, env in instance.written(syntax.Assign):
             if (member := _defined(statement, env)) is not None:
                 world.quantities.definitions.setdefault(member, []).append((statement, env))
 
@@ -69,7 +71,7 @@ def collect_assignments(world: World, wiring: Wiring, domains: Domains, carried:
     """Register each assignment to a signal of a port, without evaluation; refuse wrong targets."""
     carried.owners = wiring.owners
     for instance in wiring.instances:
-        for statement, env in instance.assigns:
+        for statement, env in instance.written(syntax.Assign):
             with world.report.collecting(note(env)):
                 _collect_assignment(world, domains, carried, instance, statement, env)
 
@@ -137,25 +139,21 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
     conditions: list[Condition] = []
     jumps: list[Jump] = []
     for instance in wiring.instances:
-        for derivative, env in instance.derivatives:
+        for statement, env in (each for kind in _KINDS for each in instance.written(kind)):
             with world.report.collecting(note(env)):
-                _read_target(world, derivative, env, derivatives, rate=True)
-        for projection, env in instance.projections:
-            with world.report.collecting(note(env)):
-                signal = _projected_signal(projection, env)
-                if signal is not None:
-                    conditions.extend(_read_condition(world, signal, projection, env))
-                else:
-                    _read_target(world, projection, env, projections, rate=False)
-        for equation, env in instance.equations:
-            with world.report.collecting(note(env)):
-                equations.extend(_read_equation(world, equation, env))
-        for statement, env in instance.asserts:
-            with world.report.collecting(note(env)):
-                guards.extend(_read_assert(world, instance, statement, env))
-        for when, env in instance.whens:
-            with world.report.collecting(note(env)):
-                jumps.append(read_jump(world, when, env))
+                match statement:
+                    case syntax.Derivative():
+                        read_target(world, statement, env, derivatives, rate=True)
+                    case syntax.Project() if signal := _projected_signal(statement, env):
+                        conditions.extend(_read_condition(world, signal, statement, env))
+                    case syntax.Project():
+                        read_target(world, statement, env, projections)
+                    case syntax.Equation():
+                        equations.extend(_read_equation(world, statement, env))
+                    case syntax.Assert():
+                        guards.extend(_read_assert(world, instance, statement, env))
+                    case syntax.When():
+                        jumps.append(read_jump(world, statement, env))
     states = tuple(_states(world, derivatives, projections))
     unknowns = tuple(_unknowns(world))
     if not world.report.errors:
@@ -180,11 +178,8 @@ def _read_condition(
     """The components of `project x = value` for a signal x."""
     held = world.quantities.value(signal, statement.target.span)
     span = statement.value.span
-    value = fit_shape(
-        world.dag, world.evaluate(statement.value, env), held.shape, span, f"`{signal.path}`"
-    )
-    for declared, unit in zip(held.units, value.units, strict=True):
-        _check_unit(unit, declared, span, f"`{signal.path}`")
+    value = world.evaluate(statement.value, env)
+    value = fit_like(world.dag, value, held, span, f"`{signal.path}`")
     labels = component_names(signal.path, held.shape)
     return [
         Condition(label, world.dag.sub(node, target), statement.target.span)
@@ -214,56 +209,50 @@ def _read_assert(
     return []
 
 
-def _read_target(
+def read_target(
     world: World,
-    statement: syntax.Derivative | syntax.Project,
+    statement: syntax.Derivative | syntax.Project | syntax.Next,
     env: Environment,
     found: dict[int, tuple[Node, Span]],
-    rate: bool,
+    part: SampledPart | None = None,
+    rate: bool = False,
 ) -> None:
-    """Record the value of `der(x) = ..` or `project x = ..` for each component of x."""
+    """Record the value of `der(x) = ..`, `project x = ..`, `next x = ..` for each component of x.
+
+    The keys are `x.first` and those after it. `part` is the sampled part that has to hold x.
+    """
     target = statement.target
     base = target.base if isinstance(target, syntax.Index) else target
     assert env.instance is not None
     state = env.instance.members.get(base.name) if isinstance(base, syntax.Name) else None
-    if not isinstance(state, Quantity) or state.kind != "state":
-        raise BgError([laws.not_a_state(target.span, path_of(target))])
+    is_state = isinstance(state, Quantity) and state.kind == "state"
+    if not isinstance(state, Quantity) or not is_state or (part and state not in part.held):
+        message = samples.next_of_what if part else laws.not_a_state
+        raise BgError([message(target.span, path_of(target))])
     symbols = world.quantities.value(state, target.span)
     value = world.evaluate(statement.value, env)
     span = statement.value.span
     what = f"der({path_of(target)})" if rate else path_of(target)
+    places, shape = list(range(len(symbols.nodes))), symbols.shape
     if isinstance(target, syntax.Index):
-        index = world.quantities.component_index(target, env, symbols.shape, state.path)
-        places = [ordinal(index, symbols.shape)]
-        value = fit_shape(world.dag, value, (), span, f"`{what}`")
-    else:
-        places = list(range(len(symbols.nodes)))
-        value = fit_shape(world.dag, value, symbols.shape, span, f"`{what}`")
-    for place, node, unit in zip(places, value.nodes, value.units, strict=True):
-        declared = symbols.units[place]
-        expected = divide(declared, SECOND) if rate and declared is not None else declared
-        _check_unit(unit, expected, span, f"`{what}`")
+        index = world.quantities.component_index(target, env, shape, state.path)
+        places, shape = [ordinal(index, shape)], ()
+    value = fit_shape(world.dag, value, shape, span, f"`{what}`")
+    for place, component in zip(places, value.components, strict=True):
+        unit = symbols.units[place]
+        expected = divide(unit, SECOND) if rate and unit is not None else unit
+        check_units(component, expected, span, f"`{what}`")
         key = state.first + place
         if key in found:
             raise BgError([names.given_twice(target.span, what, found[key][1])])
-        found[key] = (node, target.span)
-
-
-def _check_unit(found: Dimension | None, expected: Dimension | None, span: Span, what: str) -> None:
-    if found is not None and expected is not None and found != expected:
-        raise BgError(
-            [values.wrong_unit(span, what, describe_dimension(expected), describe_dimension(found))]
-        )
+        found[key] = (component.node, target.span)
 
 
 def _read_equation(world: World, equation: syntax.Equation, env: Environment) -> list[Equation]:
     left = world.evaluate(equation.left, env, rates=True)
     right = world.evaluate(equation.right, env, rates=True)
-    if left.shape != right.shape:
-        right = fit_shape(world.dag, right, left.shape, equation.right.span, "the right side")
-    for one, two in zip(left.units, right.units, strict=True):
-        _check_unit(two, one, equation.right.span, "the right side")
     dag = world.dag
+    right = fit_like(dag, right, left, equation.right.span, "the right side")
     return [
         Equation(dag.sub(a, b), equation.span) for a, b in zip(left.nodes, right.nodes, strict=True)
     ]

@@ -15,10 +15,7 @@ from bgc.elaboration.laws.blocks import Laws, arguments_of, left_name, missing_l
 from bgc.elaboration.laws.checks import LawChecks, varies
 from bgc.grammar import syntax
 from bgc.ir.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
-from bgc.language.elements import ELEMENTS
 
-# For each element and left side: the variable of the right side.
-_LAWS = {name: {law.left: law.right for law in kind.laws} for name, kind in ELEMENTS.items()}
 _INVERSE_SIDE = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
 
 
@@ -117,7 +114,7 @@ def _read_equations(
     laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
 ) -> list[tuple[str, Matrix]]:
     """Each left side with the matrix of its right side, in source order."""
-    table = _LAWS[element.basic]
+    table = element.row.right_sides
     have = [f"{name} = .." for name in table]
     groups: dict[str, list[syntax.LawEquation]] = {}
     for equation in law:

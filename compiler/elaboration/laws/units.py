@@ -11,26 +11,16 @@ from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.blocks import value_argument
+from bgc.language.elements import Family
 from bgc.values.units import Dimension, divide, power
 from bgc.values.value import Value
-
-# For each argument: 1 if it is effort / flow, -1 if it is flow / effort, and its power of seconds.
-# A stiffness is effort / displacement, with displacement = flow * time; an inertia is
-# momentum / flow, with momentum = effort * time.
-_IN_ARGUMENT = {
-    "resistance": (1, 0),
-    "conductance": (-1, 0),
-    "stiffness": (1, -1),
-    "compliance": (-1, 1),
-    "inertia": (1, 1),
-}
 
 
 def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
     """Infer the units of all bonds as far as they are determined; report contradictions."""
     units = BondUnits([bond.name for bond in scalars.bonds], world.report)
     for element in wiring.elements:
-        if element.basic in {"J0", "J1"}:
+        if element.row.family is Family.JUNCTION:
             for ports in scalars.ports(element.faces["all"]):
                 units.join(port.bond for port in ports)
     _from_domains(wiring, domains, scalars, units)
@@ -83,19 +73,19 @@ def _from_argument(
     side = "all" if "all" in element.faces else "in"
     ports = scalars.ports(element.faces[side])
     diagonal = _diagonal(value, len(ports))
-    if element.basic in {"Se", "Sf"}:
+    if element.row.family is Family.SOURCE:
         variable = "effort" if element.basic == "Se" else "flow"
         for found, unit in zip(ports, diagonal, strict=True):
             if unit is not None:
                 units.set_unit(variable, found[0].bond, unit, span)
         return
-    if element.basic in {"TF", "GY"}:
+    if element.row.family is Family.TWO_PORT:
         _from_ratio(element, value, scalars, links)
         return
+    (sense, time), *_ = (each.unit for each in element.row.arguments if each.name == name)
     for found, unit in zip(ports, diagonal, strict=True):
         if unit is None:
             continue
-        sense, time = _IN_ARGUMENT[name]
         by_flow = power(divide(unit, power(SECOND, time)), sense)
         ratios.append(Ratio(found[0].bond, by_flow, span, name, sense, time))
 

@@ -60,7 +60,7 @@ def read_shapes(world: World, bonds: BondValues, wiring: Wiring, record: bool) -
     record them.
     """
     found = Shapes()
-    statements = [(i, *item) for i in wiring.instances for item in i.shapes]
+    statements = [(i, *item) for i in wiring.instances for item in i.written(syntax.Shape)]
     if not statements:
         return found
     graph = world.dag
