@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import assert_never
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
     FlatGraph,
-    Gyrator,
-    Gyristor,
     Junction,
     Node,
     Resistor,
     Source,
     Storage,
-    Transformer,
     port_ends,
 )
 
@@ -54,7 +50,8 @@ def modulations(graph: FlatGraph) -> list[Modulation]:
 def _of(
     graph: FlatGraph, element: Element, storage: dict[int, int], at: dict[tuple[int, int], int]
 ) -> Modulation:
-    own = set(_bonds(element))
+    # The law of a resistor relates the variables of its own bonds.
+    own = {port.bond for port in element.ports} if isinstance(element, Resistor) else set()
     elements: dict[int, None] = {}
     signals: dict[str, None] = {}
     timed = False
@@ -79,22 +76,7 @@ def _of(
 
 def _modulated(element: Element) -> Sequence[Node]:
     """The nodes of an element that a signal may modulate."""
-    match element:
-        case Source():
-            return (element.value,)
-        case Resistor():
-            return nodes_of(element.law)
-        case Transformer() | Gyrator() | Gyristor():
-            return tuple(node for row in element.matrix for node in row)
-        case Storage() | Junction():
-            return ()
-    assert_never(element)
-
-
-def _bonds(element: Element) -> Iterator[int]:
-    """The bonds whose variables are the element's own: those of a resistor's law."""
-    if isinstance(element, Resistor):
-        yield from (port.bond for port in element.ports)
+    return [] if isinstance(element, Storage | Junction) else nodes_of(element)
 
 
 def _symbols(graph: FlatGraph, nodes: Sequence[Node]) -> Iterator[Symbol]:

@@ -28,8 +28,7 @@ def _entry(name: str) -> Entry:
 
 def _family(kind: ElementKind) -> tuple[str, ...]:
     """The modulated forms of an element."""
-    own = (n for n, k in ELEMENTS.items() if k.basic == kind.name and n != kind.name)
-    return tuple(own)
+    return tuple(n for n, k in ELEMENTS.items() if k.basic == kind.name and n != kind.name)
 
 
 def _body(kind: ElementKind) -> Iterator[Block]:
