@@ -19,13 +19,16 @@ from itertools import groupby
 from pathlib import Path
 from typing import TypeAlias
 
+from answers import topics_page
 from check_links import broken_links
 from figures import benchmarks, paper
 from modules import library_pages
+from needs import SITE, stop_if_missing
 from notebook import notebook_page
-from pages import Links, Page, anchors_of, one_page, written
+from pages import Links, Page, anchors_of, diagnostic_place, one_page, written
 from python_api import python_pages
 
+from bgc.diagnostics.catalogue.pages import pages as all_codes
 from bgc.diagnostics.catalogue.pages import topics
 from bgc.reference.library import declarations
 
@@ -42,6 +45,9 @@ def main() -> int:
     parser.add_argument("--live", action="store_true", help="live pages in the gallery")
     parser.add_argument("--scenes", nargs="*", help="scenes of the gallery; by default all")
     given = parser.parse_args()
+    packages = [("zensical", SITE), ("IPython", SITE)]
+    packages += [("ziglang", 'pip install ".[zig]"')] if given.live else []
+    stop_if_missing(*packages, programs=("bgc", "dot"))
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         pages = write_pages(work / "docs", given.scenes, live=given.live)
@@ -119,7 +125,8 @@ def _home() -> list[Page]:
 
 
 def _started() -> list[Page]:
-    return one_page("started.md", "Install and first run", "README.md", _read("README.md"))
+    first = one_page("started.md", "Install and first run", "README.md", _read("README.md"))
+    return [*first, topics_page(_read("grammar/LANGUAGE.md"))]
 
 
 def _tutorials() -> list[Page]:
@@ -152,18 +159,24 @@ def _manual() -> Part:
 
 
 def _diagnostics() -> list[Page]:
+    """List the codes by topic, and show their pages: fifty numbers on a page of the site."""
     lines = ["# Diagnostics", "", "`bgc doc BG301` prints the page of a code in a terminal.", ""]
+    sites: dict[str, Page] = {}
     for title, found in topics():
         lines += [f"## {title[:1].upper()}{title[1:]}", ""]
         for code, page in found.items():
-            name, _, rest = page.partition("\n")
-            lines += [
-                f"### {code}: {name.partition(': ')[2]} {{#{code.lower()}}}",
-                "",
-                _LABEL.sub(r"\n**\1:**", rest.strip()),
-                "",
-            ]
-    return [Page("diagnostics.md", "Diagnostics", "", lines)]
+            name = page.partition("\n")[0].partition(": ")[2]
+            lines.append(f"- [{code}]({diagnostic_place(code)}): {name}")
+        lines.append("")
+    for code, page in all_codes().items():
+        path = diagnostic_place(code).partition("#")[0]
+        site = sites.setdefault(
+            path, Page(path, f"From {code}", "", [f"# Diagnostics from {code}"])
+        )
+        name, _, rest = page.partition("\n")
+        site.lines += ["", f"## {name} {{#{code.lower()}}}", ""]
+        site.lines.append(_LABEL.sub(r"\n**\1:**", rest.strip()))
+    return [Page("diagnostics.md", "Diagnostics", "", lines), *sites.values()]
 
 
 def _developing() -> list[Page]:

@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from IPython.core.interactiveshell import InteractiveShell
-from IPython.utils.capture import capture_output
 from pages import Page
 
 _BLANK = re.compile(r"\n\s*\n")
@@ -22,6 +20,10 @@ def notebook_page(path: str, source: str, file: Path) -> Page:
     Of an output stands the first form that a page can show: HTML, SVG, PNG or text. A cell that
     fails raises its error.
     """
+    # An optional package: `needs.py` says how to get it before this one is needed.
+    from IPython.core.interactiveshell import InteractiveShell
+    from IPython.utils.capture import capture_output
+
     cells = json.loads(file.read_text("utf-8"))["cells"]
     shell = InteractiveShell()
     shell.history_manager.enabled = False

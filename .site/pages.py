@@ -40,6 +40,11 @@ class Links:
     file: Callable[[str], str]
 
 
+def diagnostic_place(code: str) -> str:
+    """Return the place of a diagnostic in the site: fifty numbers are a page."""
+    return f"diagnostics/bg{int(code[2:]) // 50 * 50:03}.md#{code.lower()}"
+
+
 def one_page(path: str, title: str, source: str, text: str) -> list[Page]:
     """Return a file as one page."""
     return [Page(path, title, source, text.splitlines())]

@@ -17,7 +17,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from pages import Page
+from pages import Page, diagnostic_place
 
 import bgc
 from bgc.runtime import __path__ as runtime_path
@@ -303,7 +303,7 @@ def _linked(text: str) -> str:
 
     def link(found: re.Match[str]) -> str:
         code = found[0]
-        return code if code[0] == "`" else f"[{code}](../diagnostics.md#{code.lower()})"
+        return code if code[0] == "`" else f"[{code}](../{diagnostic_place(code)})"
 
     return _CODE_OR_NUMBER.sub(link, text)
 

@@ -7,14 +7,17 @@ Each is the first scene of a file of `library/scenes` after two thirds of its ru
 from __future__ import annotations
 
 import base64
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from playwright.sync_api import Page, sync_playwright
+from needs import browser, stop_if_missing
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 SCENES = Path(__file__).resolve().parents[1] / "library" / "scenes"
 SIZE = {"width": 720, "height": 450}
@@ -51,11 +54,15 @@ def _until(page: Page, script: str, seconds: float = 120.0) -> None:
 
 def main(names: list[str]) -> None:
     """Write the pictures of the named files, or of all."""
+    stop_if_missing(("playwright", "pip install playwright"), programs=("bgc",))
+    chromium = browser()
+    # An optional package, which was looked for above.
+    from playwright.sync_api import sync_playwright
+
     files = [SCENES / f"{name}.bg" for name in names] or sorted(SCENES.glob("*.bg"))
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=ARGUMENTS)
-        page = browser.new_page(viewport=SIZE)
+        opened = driver.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+        page = opened.new_page(viewport=SIZE)
         for file in files:
             replay = Path(folder) / f"{file.stem}.html"
             subprocess.run(("bgc", "view", file, "--export", replay, "--quiet"), check=True)
@@ -63,7 +70,7 @@ def main(names: list[str]) -> None:
             if drawn:
                 file.with_suffix(".jpg").write_bytes(drawn)
                 print(f"{file.stem}: {len(drawn):,} bytes", flush=True)
-        browser.close()
+        opened.close()
 
 
 if __name__ == "__main__":

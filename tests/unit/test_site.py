@@ -17,6 +17,7 @@ from check_links import broken_links  # noqa: E402
 from curves_page import Point, exponent  # noqa: E402
 from figures import benchmarks, read_points  # noqa: E402
 from make import configuration, every_page, write_pages  # noqa: E402
+from needs import browser, missing, stop_if_missing  # noqa: E402
 from pages import Links, Page, anchors_of, one_page, written  # noqa: E402
 from python_api import TOPICS, documented, found, python_pages, shown_name  # noqa: E402
 
@@ -68,11 +69,31 @@ def test_every_page_of_the_repository_is_written(tmp_path):
     every = [*every_page(parts)]
     assert len({page.path for page in every}) == len(every) > 150
     assert all((tmp_path / page.path).read_text("utf-8").startswith("#") for page in every)
+    assert {page.path for page in every if len("\n".join(page.lines).split()) > 6000} == set()
+    topics = (tmp_path / "topics.md").read_text("utf-8")
+    assert "\n## LQR, LQG, pole placement, optimal control" in topics
+    assert "[marine.response](library/marine/response.md)" in topics
     settings = configuration(parts)
     assert all(f'"{page.path}"' in settings for page in every)
     notebook = (tmp_path / "tutorials/notebook.md").read_text("utf-8")
     assert "<div><svg" in notebook and "data:image/png" in notebook
     assert "```text\n1591.549430918" in notebook  # 1/(2 pi sqrt(L C))
+
+
+def test_a_thing_that_the_site_needs_and_lacks_has_one_message(monkeypatch, capsys):
+    assert list(missing((("bgc", "pip install ."),), ())) == []
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setenv("CC", "no_such_compiler")
+    with pytest.raises(SystemExit) as ended:
+        stop_if_missing(("no_such_module", 'pip install ".[site]"'), programs=("dot",))
+    assert ended.value.code == 1
+    packages, program, compiler = capsys.readouterr().err.splitlines()
+    assert packages == 'the package no_such_module is missing: pip install ".[site]"'
+    assert program.startswith("the program dot is missing: install Graphviz")
+    assert compiler.startswith("the C compiler is missing: ") and "no_such_compiler" in compiler
+    with pytest.raises(SystemExit):
+        browser()
+    assert capsys.readouterr().err.startswith("a browser is missing: install one of chromium")
 
 
 def test_broken_links_are_found(tmp_path):
@@ -134,7 +155,7 @@ def test_pages_of_python_have_signatures_definitions_and_examples():
     text = pages["python/model.md"]
     assert "start: Literal['rest', 'given'] | None = None,\n" in text
     assert "`solver`, `rtol`, `atol`, `step`, `max_step`\n:   Method and its options" in text
-    assert "[BG760](../diagnostics.md#bg760)" in text
+    assert "[BG760](../diagnostics/bg750.md#bg760)" in text
     assert '```python\nresult = model.simulate("2 s", parameters={"R": "5 ohm"})\n' in text
     assert "doctest" not in text and ">>>" not in text
     assert "### `parameters`" not in text and "Run-time parameters by name" in text  # inherited
