@@ -16,7 +16,6 @@ from bgc.building.build import (
     build_shared_object,
     driver_names,
     lane_runtime_units,
-    method_names,
 )
 from bgc.building.built import (
     Built,
@@ -47,6 +46,7 @@ from bgc.ir.graph import FlatGraph
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
+from bgc.language.methods import METHODS
 from bgc.language.scene import Rest, Sampled
 from bgc.language.scene_tables import AUTO, DRIVER_BY_PATH
 from bgc.options import Options
@@ -355,7 +355,7 @@ def _fills_slots(alone: Package) -> bool:
 def _unknown_method(graph: FlatGraph) -> list[Diagnostic]:
     """The error for a method that `bgc run` would not find."""
     name = graph.scene.solver.name
-    have = (*method_names(), *BACKENDS)
+    have = (*METHODS, *BACKENDS)
     known = name in (*have, "", AUTO)
     return [] if known else [unknown_solver(name, have, graph.solver_span)]
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TextIO
+from typing import TYPE_CHECKING, Any, Literal, TextIO, Unpack
 
 import numpy as np
 
 from bgc.diagnostics.doors import with_doors
+from bgc.language.solver import SolverKeywords
 from bgc.runtime.evaluated import EvaluatedModel
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
-from bgc.runtime.running.arguments import method_options, seconds_of
+from bgc.runtime.running.arguments import read_solver, seconds_of, with_solver_keywords
 from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.driven import compiled_again
 from bgc.runtime.running.inputs import Inputs, drives_of
@@ -40,25 +41,19 @@ class Model(StudiedModel, EvaluatedModel):
     Runs share nothing: each starts from the initial state.
     """
 
+    @with_solver_keywords
     def simulate(
         self,
         duration: Quantity | None = None,
         *,
         every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
         shapes: bool = False,
         devices: Mapping[str, str] | None = None,
         inputs: Inputs | None = None,
         out: str | Path | TextIO | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -69,23 +64,6 @@ class Model(StudiedModel, EvaluatedModel):
             scene's. Without an interval there is a row for each step of a fixed-step method, else
             there are 1,000 intervals. If the equations depend explicitly on time, adaptive
             methods take no step longer than five row intervals, unless `max_step` is given.
-        solver, rtol, atol, step, max_step
-            Method and its options; by default the scene's, else `ros34prw` where the scene gives a
-            step, or `rodas5p`; where explicit steps may cost less `switching_fixed` or
-            `switching`. `atol` applies to
-            all states, SI; without it each state has its own, from the scale of its unit.
-            `max_step` limits the steps of an adaptive method, s. An option that the method does
-            not have is an error.
-        substeps
-            Most parts of a fixed step, which is divided where its error is above `rtol` (by
-            default 1e-3) and `atol`; by default the scene's, else 1.
-        settle
-            A frequency in Hz: faster modes start at rest, with stiff springs under their loads,
-            and energy is counted from that state. By default the scene's, else none.
-        start
-            "rest": the nearest state at which all rates vanish (BG760 if there is none);
-            `Result.at_rest` has what was moved. "given": the initial values. By default the
-            scene's start.
         parameters
             Values for this run alone, SI numbers or texts with a unit.
         progress
@@ -107,6 +85,11 @@ class Model(StudiedModel, EvaluatedModel):
             A file for all rows: `.csv`, `.npz` or `.zarr`, or an open text stream (CSV). More than
             2 million numbers are written while the run goes on, in constant memory, and the result
             then has a selection of the rows (`Result.rows`).
+        **run
+            Method, tolerances, steps and start of the run: see `SolverKeywords`. By default the
+            scene's, else `ros34prw` where the scene gives a step, or `rodas5p`; where explicit
+            steps may cost less `switching_fixed` or `switching`. An option that the method does
+            not have is an error.
 
         Raises
         ------
@@ -122,9 +105,8 @@ class Model(StudiedModel, EvaluatedModel):
         >>> result = model.simulate("2 s", parameters={"R": "5 ohm"})  # doctest: +SKIP
         >>> result["capacitor.e"].max(), result.units["capacitor.e"]  # doctest: +SKIP
         """
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
         values = parameters or {}
-        method, notices = method_of(self, solver, options, values)
+        method, notices = method_of(self, read_solver(run), values)
         end, interval = seconds_of(duration), seconds_of(every, "every")
         # Inputs that are functions are called at the times of the rows.
         drives = drives_of(inputs, times_of(self, method, end, interval)) if inputs else ()
@@ -132,21 +114,13 @@ class Model(StudiedModel, EvaluatedModel):
             return compiled_again(self, drives, shapes=shapes).simulate(
                 duration,
                 every=every,
-                solver=solver,
-                rtol=rtol,
-                atol=atol,
-                step=step,
-                max_step=max_step,
-                substeps=substeps,
-                settle=settle,
-                start=start,
                 parameters=values,
                 progress=progress,
                 devices=devices,
                 out=out,
+                **run,
             )
         choices = read_choices(devices or {})
-        method = method.started(start)
         if out is not None:
             # Loads the writers of files.
             from bgc.runtime.running.streamed import simulate_to, target_of
@@ -158,6 +132,7 @@ class Model(StudiedModel, EvaluatedModel):
         times = times_of(self, method, end, interval)
         return simulate(self, method, times, values, progress, notices, choices)
 
+    @with_solver_keywords
     def realtime(
         self,
         duration: Quantity | None = None,
@@ -166,16 +141,9 @@ class Model(StudiedModel, EvaluatedModel):
         options: RealtimeOptions | None = None,
         record: str | Path | None = None,
         keep: int = 60_000,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         on_records: Callable[[Array], None] | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Realtime:
         """Make a servo loop: the model in step with the clock, with its devices.
 
@@ -196,7 +164,7 @@ class Model(StudiedModel, EvaluatedModel):
             A `.csv` file for the motion of the device, which `trace` replays with the same bits.
         keep
             Number of samples kept in `rows`.
-        solver, rtol, atol, step, max_step, substeps, settle, start, parameters
+        parameters, **run
             As for `simulate`. With an adaptive method `step` is its first step; the period is the
             scene's. A step never reaches beyond the next sample.
         on_records
@@ -217,11 +185,10 @@ class Model(StudiedModel, EvaluatedModel):
         from bgc.runtime.realtime.loop import Realtime
         from bgc.runtime.realtime.options import RealtimeOptions
 
-        given = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, given, parameters or {})
+        method, notices = method_of(self, read_solver(run), parameters or {})
         loop = Realtime(
             self,
-            method.started(start),
+            method,
             options or RealtimeOptions(),
             duration=seconds_of(duration),
             devices=devices,
@@ -339,15 +306,13 @@ class Model(StudiedModel, EvaluatedModel):
 
     # --- stepwise ---------------------------------------------------------------------
 
+    @with_solver_keywords
     def step(
         self,
         *,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         inputs: Inputs | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Stepping:
         """Begin a run that the program advances piece by piece.
 
@@ -357,7 +322,7 @@ class Model(StudiedModel, EvaluatedModel):
 
         Parameters
         ----------
-        solver, rtol, step, max_step, parameters
+        parameters, **run
             As for `simulate`.
         inputs
             Inputs in place of the scene's `drive`s: a value is held until `advance` changes it; a
@@ -379,9 +344,8 @@ class Model(StudiedModel, EvaluatedModel):
         # Few programs run stepwise.
         from bgc.runtime.running.stepping import Stepping, opened
 
-        options = method_options(rtol, None, step, max_step, None, None)
         begun = opened(self, inputs or {})
-        method, notices = method_of(begun.model, solver, options, parameters or {})
+        method, notices = method_of(begun.model, read_solver(run), parameters or {})
         values = {**(parameters or {}), **begun.values}
         return Stepping(begun.model, method, values, begun.inputs, notices)
 

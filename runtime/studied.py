@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Unpack
 
 from bgc.diagnostics.doors import with_doors
-from bgc.runtime.running.arguments import method_options, seconds_of
+from bgc.language.solver import SolverKeywords
+from bgc.runtime.running.arguments import read_solver, seconds_of, with_solver_keywords
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.simulate import method_of, times_of
@@ -28,24 +29,18 @@ if TYPE_CHECKING:
 class StudiedModel(LoadedModel):
     """A model with the methods that run it many times; see `bgc.runtime.model.Model`."""
 
+    @with_solver_keywords
     def simulate_many(
         self,
         parameters: Sets,
         duration: Quantity | None = None,
         *,
         every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         progress: bool = False,
         vectorised: bool = True,
         resume: bool = False,
         inputs: Inputs | Sequence[Inputs] | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Ensemble:
         """Run many parameter sets at once, and return their observed values as one array.
 
@@ -61,7 +56,7 @@ class StudiedModel(LoadedModel):
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
             mappings as for `simulate`, one for each instance.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+        duration, every, **run
             As for `simulate`.
         progress
             Whether to show a progress bar on a terminal when it takes longer than a second.
@@ -97,9 +92,7 @@ class StudiedModel(LoadedModel):
         from bgc.runtime.running.driven import driven_runs, numbered
         from bgc.runtime.running.many import plan_many, run_many
 
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
+        method, notices = method_of(self, read_solver(run))
         end, interval = seconds_of(duration), seconds_of(every, "every")
         rows = times_of(self, method, end, interval)
         model, sets, by_run = driven_runs(self, inputs, parameters, rows)
@@ -110,6 +103,7 @@ class StudiedModel(LoadedModel):
         assert isinstance(ensemble, Ensemble)  # without observables
         return ensemble
 
+    @with_solver_keywords
     def sweep(
         self,
         vary: Vary = (),
@@ -125,15 +119,8 @@ class StudiedModel(LoadedModel):
         progress: bool = False,
         resume: bool = False,
         every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         inputs: Inputs | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Ensemble | Study:
         """Run the model over values of its parameters, as `bgc sweep` does.
 
@@ -158,7 +145,7 @@ class StudiedModel(LoadedModel):
             was interrupted or killed goes on from there.
         progress, resume
             As for `simulate_many`.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start, inputs
+        duration, every, inputs, **run
             As for `simulate`; the inputs are those of all runs.
 
         Returns
@@ -187,9 +174,7 @@ class StudiedModel(LoadedModel):
 
         chosen = Design(vary, sample, design, seed, cases)
         observables = observables_of(self, observe)
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
+        method, notices = method_of(self, read_solver(run))
         values = chosen.values(self.parameters)
         count = len(next(iter(values.values()), ()))
         at_once = rows_at_once(count) if observables else count
@@ -200,6 +185,7 @@ class StudiedModel(LoadedModel):
             resume=resume, scheduler=scheduler, store=store,
         )  # fmt: skip
 
+    @with_solver_keywords
     def fit(
         self,
         motion: Motion,
@@ -211,15 +197,8 @@ class StudiedModel(LoadedModel):
         loss: str = "linear",
         starts: int = 1,
         confidence: float = 0.95,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         inputs: Inputs | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Estimate:
         """Estimate parameters from a recorded motion, as `bgc fit` does.
 
@@ -248,7 +227,7 @@ class StudiedModel(LoadedModel):
         confidence
             Probability of the intervals. They are those of the linearised problem with independent
             normal noise.
-        solver, rtol, atol, step, max_step, substeps, settle, start, inputs
+        inputs, **run
             As for `simulate`; recorded inputs are pairs of times and values.
 
         Raises
@@ -267,16 +246,16 @@ class StudiedModel(LoadedModel):
         from bgc.runtime.studies.fit import FitOptions, fit
         from bgc.runtime.studies.motion import read_motion
 
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, _ = method_of(self, solver, options)
+        method, _ = method_of(self, read_solver(run))
         recorded = read_motion(motion, self, match or {}, columns)
         bounds = read_bounds(vary, self.parameters)
         known = read_noise(noise or {}, recorded.names, self.outputs)
         return fit(
-            driven(self, inputs, recorded.time), method.started(start), recorded, bounds,
+            driven(self, inputs, recorded.time), method, recorded, bounds,
             FitOptions(loss, known, starts, confidence),
         )  # fmt: skip
 
+    @with_solver_keywords
     def optimise(
         self,
         vary: Vary,
@@ -293,14 +272,7 @@ class StudiedModel(LoadedModel):
         progress: bool = False,
         duration: Quantity | None = None,
         every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Optimum:
         """Find the parameters of the best design, as `bgc optimise` does.
 
@@ -329,7 +301,7 @@ class StudiedModel(LoadedModel):
             Number of runs after which the search ends with the best design so far.
         progress
             Whether to show a line with the best design on a terminal.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+        duration, every, **run
             As for `simulate`.
 
         Raises
@@ -351,17 +323,17 @@ class StudiedModel(LoadedModel):
         from bgc.runtime.studies.optimise import Goal, Search, optimise
 
         problem = read_problem(self, vary, minimise, maximise, require, over)
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
+        method, notices = method_of(self, read_solver(run))
         times = times_of(
             self, method, seconds_of(duration), seconds_of(every, "every"), rows_at_once(1_000)
         )
         return optimise(
-            self, method.started(start), times, problem.bounds,
+            self, method, times, problem.bounds,
             Goal(problem.objective, maximise is not None, judge), problem.criteria, problem.over,
             Search(search or "", starts, runs, seed), progress=progress, notices=notices,
         )  # fmt: skip
 
+    @with_solver_keywords
     def operability(
         self,
         height: str,
@@ -378,14 +350,7 @@ class StudiedModel(LoadedModel):
         progress: bool = False,
         resume: bool = False,
         every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
+        **run: Unpack[SolverKeywords],
     ) -> Operability:
         """Find the sea states in which criteria hold, as `bgc operability` does.
 
@@ -402,7 +367,7 @@ class StudiedModel(LoadedModel):
             one; of other observables the mean. "worst": that of the worst seed.
         scheduler, store, progress, resume
             As for `sweep`.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+        duration, every, **run
             As for `simulate`.
 
         Raises
@@ -424,9 +389,7 @@ class StudiedModel(LoadedModel):
         from bgc.runtime.studies.operability import SeaStates, operability, read_criteria
 
         read = read_criteria(self, criteria)
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
+        method, notices = method_of(self, read_solver(run))
         at_once = rows_at_once(1_000_000)
         times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"), at_once)
         return operability(

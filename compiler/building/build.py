@@ -114,12 +114,6 @@ def driver_names() -> tuple[str, ...]:
     return tuple(sorted(re.findall(r"DRIVER\(bgc_(\w+)_driver\)", listed)))
 
 
-def method_names() -> tuple[str, ...]:
-    """The integration methods of the C runtime, in the order of its table."""
-    table = (runtime_directory() / "tableaus.c").read_text(encoding="utf-8")
-    return tuple(re.findall(r'^ {8}\.name = "(\w+)"', table, re.MULTILINE))
-
-
 def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     """Read the C sources that models share: two units, by how often a step goes there.
 

@@ -62,6 +62,12 @@ class RunFacts(Scene):
     forces: tuple[ForceFacts, ...] = ()
     slots: tuple[tuple[str, str], ...] = ()
 
+    def rest_for(self, start: str) -> Rest | None:
+        """The start at rest of a run with `start` of `Solver`; None for one from given values."""
+        if start == "given":
+            return None
+        return self.rest or (self.resting if start == "rest" else None)
+
 
 def run_facts(scene: Scene, **added: Any) -> RunFacts:
     """Add to the record of a run what its compilation found, by the names of `RunFacts`."""

@@ -7,7 +7,7 @@ of values, the table of the manual, the options of commands and those of C follo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import Flag, auto
 from functools import cache
@@ -60,6 +60,8 @@ class Option:
         The least and the largest value. Zero is never allowed: it stands for "not given".
     where
         Where it may be given.
+    serves
+        Whether it means something in a record with these other values.
     keyword, flag
         Its name in Python and in scenes, and as an option of commands.
     example
@@ -74,6 +76,7 @@ class Option:
     low: float = 0.0
     high: float = math.inf
     where: Where = EVERYWHERE
+    serves: Callable[[Any], bool] = lambda record: True
     keyword: str = ""
     flag: str = ""
     example: str = ""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, TypedDict
 
+from bgc.language.methods import METHODS
 from bgc.language.records import Where, option, options_of
 
 _IN_TEXT = Where.SCENE | Where.C  # by `solver NAME(..)` and in C alone
+_BY_CALLER = Where.COMMAND | Where.PYTHON
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,20 +23,24 @@ class Solver:
         "integration method (see bgc doc methods)",
         of="",
         kind=str,
+        default="that of the scene, else `ros34prw` where the scene gives a step, or `rodas5p`; "
+        "where explicit steps may cost less `switching_fixed` or `switching`",
         keyword="solver",
-        where=Where.COMMAND | Where.PYTHON,
+        where=_BY_CALLER,
     )
     rtol: float = option(
         "relative tolerance of an adaptive method, or of the parts of a fixed step",
-        default="1e-6; of parts 1e-3",
+        default="1e-6, of parts 1e-3",
         number="a part of a value",
         low=1e-15,  # rounding
         high=0.5,
+        serves=lambda solver: solver.is_judged,
     )
     atol: float = option(
         "absolute tolerance, one number for all states (SI)",
         default="rtol times the scale of each state",
         unit=None,
+        serves=lambda solver: solver.is_judged,
     )
     step: float = option(
         "step of a fixed-step method, first step of an adaptive one",
@@ -46,9 +53,10 @@ class Solver:
         default="5 row intervals where the model depends on time",
         unit="s",
         example='"5 ms"',
+        serves=lambda solver: not solver.fixed,
     )
     max_steps: int = option(
-        "most steps between two rows", of=0, kind=int, default="1e7", where=_IN_TEXT
+        "most steps between two rows", of=0, kind=int, high=2e9, default="1e7", where=_IN_TEXT
     )
     keep: int = option(
         "number of steps over which a fixed-step method keeps its Jacobian",
@@ -56,6 +64,7 @@ class Solver:
         kind=int,
         default="1",
         where=_IN_TEXT,
+        serves=lambda solver: solver.fixed and METHODS[solver.name].family.jacobian,
     )
     substeps: int = option(
         "most parts of a fixed step, which is divided where its error is above `rtol`",
@@ -64,25 +73,65 @@ class Solver:
         default="8 for `ros34prw` and `switching_fixed`, else 1",
         high=1000,
         example="8",
+        serves=lambda solver: solver.is_divisible,
     )
     settle: float = option(
         "modes faster than this start at rest, under their loads",
         unit="Hz",
-        where=Where.SCENE | Where.COMMAND | Where.PYTHON,
+        where=Where.SCENE | _BY_CALLER,
         example='"20 Hz"',
     )
     start: str = option(
-        "start at the nearest state at which all rates vanish",
+        "start at the nearest state at which all rates vanish (BG760 if there is none)",
         of="",
         kind=bool,
+        default='the start of the scene; "given" stands for its initial values',
         flag="--rest",
-        where=Where.COMMAND | Where.PYTHON,
+        where=_BY_CALLER,
     )
 
     @property
     def given(self) -> dict[str, float]:
         """The options of `solver NAME(..)` that are given, by name."""
         return {name: value for name in SOLVER_OPTIONS if (value := getattr(self, name))}
+
+    @property
+    def served(self) -> tuple[str, ...]:
+        """Names of the options that its method takes."""
+        return tuple(name for name, known in SOLVER_OPTIONS.items() if known.serves(self))
+
+    @property
+    def fixed(self) -> bool:
+        """Return whether its steps have a given length; those of other packages have not."""
+        return self.name in METHODS and METHODS[self.name].fixed
+
+    @property
+    def is_divisible(self) -> bool:
+        """Return whether its fixed steps may be divided where their error is too large."""
+        return self.fixed and METHODS[self.name].embedded_order > 0
+
+    @property
+    def parts(self) -> int:
+        """The number of parts of a fixed step, at most."""
+        return (self.substeps or METHODS[self.name].parts) if self.is_divisible else 1
+
+    @property
+    def is_judged(self) -> bool:
+        """Return whether the error of its steps is compared with a tolerance."""
+        return not self.fixed or self.parts > 1
+
+
+class SolverKeywords(TypedDict, total=False):
+    """The fields of `Solver` as keywords of Python functions: SI numbers, or texts with a unit."""
+
+    solver: str | None
+    rtol: float | str | None
+    atol: float | str | None
+    step: float | str | None
+    max_step: float | str | None
+    substeps: int | None
+    settle: float | str | None
+    start: Literal["rest", "given"] | None
 
 
 SOLVER_OPTIONS = options_of(Solver, Where.SCENE)

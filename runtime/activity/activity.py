@@ -14,6 +14,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
 from bgc.emission.cost import Cost, cost_of
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.activity.changes import Candidate, keep_variants, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
@@ -25,7 +26,7 @@ from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.rows import row_times
-from bgc.runtime.running.run import Method, choose_method
+from bgc.runtime.running.run import choose_method
 
 NEGLIGIBLE = 0.01
 WITHIN = 0.01
@@ -178,7 +179,7 @@ class _Session:
 
     path: Path
     options: Options
-    method: Method
+    method: Solver
     times: Array
     accuracy: Accuracy
     cost: Cost

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 15
+#define BGC_ABI 16
 
 typedef enum {
     BGC_OK = 0,
@@ -429,12 +429,12 @@ typedef struct {
                        * state has reached its scale (scale_reached below) */
     double step;       /* fixed step, or first step of an adaptive method; 0: the scene's, or chosen */
     double max_step;   /* 0: none */
-    long max_steps;    /* between two rows; 0: 10 million */
+    int max_steps;     /* between two rows; 0: 10 million */
     int keep;          /* fixed steps that one factorisation serves; 0: 1 */
-    int accounts;      /* 1: integrate the energy accounts, under error control */
     int substeps;      /* a fixed step whose error is above rtol (0: 1e-3) and atol (as above, of the
                         * whole scales) is subdivided, with at most so many further attempts; 1: never, 0: as the
                         * method has it */
+    int accounts;      /* 1: integrate the energy accounts, under error control */
 } bgc_options;
 
 typedef struct {

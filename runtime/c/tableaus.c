@@ -340,8 +340,9 @@ static const bgc_family gauss = {
 
 /* --- methods ------------------------------------------------------------------------------- */
 
-/* The first adaptive method and the first with fixed steps are the defaults. Python reads families
- * and methods from this text (running/methods.py): one field a line. */
+/* Written from compiler/language/methods.py by `pytest tests/unit/test_methods.py --bless`; families
+ * above and coefficients are written by hand. The first adaptive method and the first with fixed steps
+ * are the defaults. */
 const bgc_method bgc_methods[] = {
     {
         .name = "rodas5p",

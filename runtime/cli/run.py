@@ -1,6 +1,7 @@
 """Run 1: simulate a scene, write and draw the result."""
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -89,19 +90,19 @@ def _in_real_time(
     *,
     duration: float | None,
     every: float | None,
-    solver: str | None,
-    **given: Any,
+    devices: Mapping[str, str],
+    **solver: Any,
 ) -> tuple[Result, int]:
     """Run in step with the clock; return the rows, and the status."""
     # Only this needs the loop and its view.
     from bgc.runtime.cli.realtime import follow, print_couplings
     from bgc.runtime.realtime.binding import End
+    from bgc.runtime.running.arguments import read_solver
     from bgc.runtime.running.simulate import method_of, times_of
 
-    options = {name: value for name, value in given.items() if name not in ("devices", "start")}
-    method, _ = method_of(model, solver, options)
+    method, _ = method_of(model, read_solver(solver))
     end = float(times_of(model, method, duration, every)[-1])
-    loop = model.realtime(end, keep=_KEPT, solver=solver, **given)
+    loop = model.realtime(end, keep=_KEPT, devices=devices, **solver)
     print_couplings(loop, quiet)
     report = follow(loop, quiet)
     print_diagnostics([report.problem] if report.problem is not None else [])

@@ -1,7 +1,7 @@
 """Run 2: show a scene in the browser, live, or a recorded run."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 import click
 
@@ -18,8 +18,10 @@ from bgc.runtime.cli.options import (
 from bgc.runtime.cli.printing import attempt, print_diagnostics, write_file
 from bgc.runtime.cli.serving import announcing, prepare_serving, run_until_signal
 from bgc.runtime.model import Model
+from bgc.runtime.running.arguments import read_solver
 from bgc.runtime.running.devices import Choices, read_choices
 from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
 from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.exchange import Exchange, Prepared
@@ -117,9 +119,7 @@ def _serve_model(
     *,
     duration: float | None,
     every: float | None,
-    start: Literal["rest"] | None,
-    solver: str | None,
-    **options: float | None,
+    **solver: Any,
 ) -> None:
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
@@ -128,12 +128,11 @@ def _serve_model(
     name = model.origin[0].name
 
     def prepare(model: LoadedModel) -> Prepared:
-        method, notices = method_of(model, solver, options)
-        method = method.started(start)
+        method, notices = method_of(model, read_solver(solver))
         print_diagnostics(notices)
         if duration or model.facts.duration:
             times = times_of(model, method, duration, every)
-            method = method.with_capped_step(times, model.facts.timed)
+            method = with_capped_step(method, times, model.facts.timed)
         description = describe_model(model, name, devices)
         meshes = meshes_of(description, model.folder)
         return Prepared(LiveRun(model, method, {}, devices), description, meshes)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_method
+from bgc.language.solver import Solver
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 from bgc.reference.words import solver_options
-from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, default_method, known_methods
-
-METHODS = {method.name: method for method in known_methods()}
 
 _OTHERS = {
     "cvode": "BDF of SUNDIALS, where it is installed: for comparison",
@@ -28,14 +27,14 @@ def _entry(name: str) -> Entry:
     )
     needs = (
         "Every step solves linear equations with the analytic Jacobian."
-        if method.jacobian
+        if method.family.jacobian
         else "Explicit: no Jacobian, no algebraic equations, and a short step where stiff."
     )
-    family = method.family[:1].upper() + method.family[1:]
+    family = method.family.name[:1].upper() + method.family.name[1:]
     body: tuple[Block, ...] = (
         Code(f"solver {name}({example});"),
         Text(f"{family}, order {method.order}. {control} {needs}"),
-        solver_options(method.options),
+        solver_options(Solver(name, substeps=2).served),
     )
     return Entry("method", name, method.purpose, body, ("solver", "methods"))
 
@@ -47,12 +46,12 @@ def _summaries() -> dict[str, str]:
 def _listing() -> tuple[Block, ...]:
     """List the methods with their properties."""
     rows = tuple(
-        (m.name, m.family, str(m.order), "fixed" if m.fixed else "adaptive", m.purpose)
+        (m.name, m.family.name, str(m.order), "fixed" if m.fixed else "adaptive", m.purpose)
         for m in METHODS.values()
     )
     others = tuple((name, "", "", "", text) for name, text in _OTHERS.items())
     header = ("name", "family", "order", "step", "for")
-    adaptive, fixed = (default_method(METHODS.values(), fixed=f).name for f in (False, True))
+    adaptive, fixed = (default_method(fixed=f) for f in (False, True))
     default = (
         f"Without a `solver` it is `{fixed}` where the scene has a `step`, else `{adaptive}`, "
         f"and `{SWITCHING_FIXED}` or `{SWITCHING}` where explicit steps may cost less "

@@ -65,7 +65,7 @@ def reference_files(model: FmuModel) -> Mapping[str, str]:
     rows = np.full((len(times), loaded.row_width), np.nan)
     instance = loaded.parameters.instance({})
     require(instance, set_method(instance, method, bool(loaded.accounts)))
-    status, _ = start(instance, method, method.rest_of(facts))
+    status, _ = start(instance, method, facts)
     require(instance, status)
     status, _ = instance.run(times, rows)
     if status.value != 0:

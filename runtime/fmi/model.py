@@ -20,6 +20,8 @@ from bgc.emission.mockup import Mockup, mockup_source
 from bgc.emission.prefix import prefix_problem, with_prefix
 from bgc.emission.tables import number, quoted
 from bgc.grammar.latin import latin
+from bgc.language.methods import METHODS
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.fmi.description import Description
 from bgc.runtime.fmi.inputs import ChosenInputs
@@ -27,7 +29,7 @@ from bgc.runtime.fmi.structure import Structure, model_structure, tunable_parame
 from bgc.runtime.fmi.variables import Table, arrays_of, variable_table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method, choose_method
+from bgc.runtime.running.run import choose_method, option_values, with_capped_step
 from bgc.runtime.running.simulate import times_of
 
 _LONGEST_IDENTIFIER = 60
@@ -40,7 +42,7 @@ class FmuModel:
     version: int
     stages: Stages
     loaded: LoadedModel
-    method: Method
+    method: Solver
     table: Table
     structure: Structure
     description: Description
@@ -74,10 +76,10 @@ def prepare_model(
     loaded = LoadedModel(stages.built, file.absolute().parent, (file, options))
     facts = loaded.facts
     if facts.solver.name in BACKENDS:
-        raise BgError([solver_not_in_fmu(facts.solver.name, tuple(loaded.library.methods))])
+        raise BgError([solver_not_in_fmu(facts.solver.name, tuple(METHODS))])
     method = choose_method(loaded.library, facts)
     if facts.duration is not None:
-        method = method.with_capped_step(times_of(loaded, method), facts.timed)
+        method = with_capped_step(method, times_of(loaded, method), facts.timed)
     program = stages.lowered.program
     parameters, start, scale = _starting_point(loaded, method)
     tunable = tunable_parameters(program)
@@ -139,11 +141,11 @@ def _couples(table: Table, stages: Stages) -> bool:
     return len(table.free) == len(states) and any(s.kind == "algebraic" for s in states)
 
 
-def _starting_point(loaded: LoadedModel, method: Method) -> tuple[list[float], Array | None, Array]:
+def _starting_point(loaded: LoadedModel, method: Solver) -> tuple[list[float], Array | None, Array]:
     """Values of all parameters, the states of a start that is searched for, and their scales."""
-    searched = method.rest_of(loaded.facts) is not None or method.settle > 0
-    searched = searched or loaded.facts.solver.settle > 0
-    if searched:
+    facts = loaded.facts
+    rests = facts.rest_for(method.start) is not None
+    if rests or method.settle or facts.solver.settle:
         with loaded.started(method, bool(loaded.accounts)) as instance:
             size = instance.library.model.n_param
             values = [instance.parameter(k) for k in range(size)]
@@ -174,18 +176,11 @@ def _counts(table: Table, version: int) -> tuple[int, ...]:
     return tuple(counts)
 
 
-def _options(method: Method, accounts: bool) -> tuple[tuple[str, str], ...]:
-    return (
-        ("name", quoted(method.name)),
-        ("rtol", number(method.rtol)),
-        ("atol", number(method.atol)),
-        ("step", number(method.step)),
-        ("max_step", number(method.max_step)),
-        ("max_steps", str(method.max_steps)),
-        ("keep", str(method.keep)),
-        ("accounts", str(int(accounts))),
-        ("substeps", str(method.substeps)),
-    )
+def _options(method: Solver, accounts: bool) -> tuple[tuple[str, str], ...]:
+    """The fields of `bgc_options` with C texts."""
+    values = option_values(method, accounts)
+    texts = ((name, number(v) if isinstance(v, float) else str(v)) for name, v in values.items())
+    return (("name", quoted(method.name)), *texts)
 
 
 def identifier_of(file: Path, scene: str | None) -> str:

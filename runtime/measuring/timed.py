@@ -13,12 +13,13 @@ import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.faint import Faint, faint_states
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method, watched
+from bgc.runtime.running.run import watched, with_capped_step
 from bgc.runtime.running.structures import Status
 
 _OF_STATE, _OF_SCALE = 1e-8, 1e-12
@@ -64,7 +65,7 @@ def reason_of(problem: BgError) -> str:
 
 def timed_run(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     times: Array,
     *,
     accounts: bool,
@@ -82,7 +83,8 @@ def timed_run(
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
     try:
-        with model.started(method.with_capped_step(times, model.facts.timed), accounts) as instance:
+        capped = with_capped_step(method, times, model.facts.timed)
+        with model.started(capped, accounts) as instance:
             if moved > 0:
                 move_start(instance, moved)
             status, seconds, stopped = _run_in_thread(instance, times, rows, limit, busy, watch)
@@ -167,7 +169,7 @@ class Paced:
 
 def paced_times(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     period: float,
     duration: float,
     repeats: int,
@@ -194,7 +196,7 @@ def paced_times(
     return Paced(slowest[-1], slowest, count)
 
 
-def _paced(model: LoadedModel, method: Method, times: Array, end: float) -> Array | None:
+def _paced(model: LoadedModel, method: Solver, times: Array, end: float) -> Array | None:
     """Time each interval between times, s of processor time, less the time of an empty call.
 
     None if the run fails, or goes on until `end` of the monotonic clock.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.exchange import cannot_exchange
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.realtime.binding import POSE_SIZE, OptionsStruct
 from bgc.runtime.realtime.options import RealtimeOptions, fill_options, period_of
 from bgc.runtime.results.arrays import Array
@@ -18,7 +19,7 @@ from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import require_ports
-from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.run import set_method, start
 from bgc.runtime.running.structures import Status
 from bgc.values.shown import Shown
 
@@ -31,7 +32,7 @@ class Course:
     """A model in a loop, with its method, its instance, and the parameters that it was given."""
 
     model: LoadedModel
-    method: Method
+    method: Solver
     instance: Instance
     given: Mapping[str, ParameterValue] = field(default_factory=dict)
 
@@ -63,14 +64,12 @@ class Course:
     @property
     def rests(self) -> bool:
         """True for a start at rest, during which the hand has to rest too."""
-        return self.method.rest_of(self.model.facts) is not None
+        return self.model.facts.rest_for(self.method.start) is not None
 
     def start(self) -> AtRest | None:
         """Put the instance at its start; BgError where there is none."""
-        model, method = self.model, self.method
-        settle = model.facts.solver.settle
-        settled = method if method.settle > 0 else replace(method, settle=settle)
-        status, at_rest = start(self.instance, settled, method.rest_of(model.facts))
+        model = self.model
+        status, at_rest = start(self.instance, self.method, model.facts)
         if status is not Status.OK:
             raise BgError([model.explain(self.instance, status)])
         require_ports(self.instance, model.facts, model.places)
@@ -78,7 +77,7 @@ class Course:
 
 
 def make_course(
-    model: LoadedModel, method: Method, parameters: Mapping[str, ParameterValue]
+    model: LoadedModel, method: Solver, parameters: Mapping[str, ParameterValue]
 ) -> Course:
     """Make an instance of a model with its parameters and its method."""
     instance = model.parameters.instance(parameters)

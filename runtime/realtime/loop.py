@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from threading import Event, Lock, Thread
 from types import TracebackType
-from typing import Literal, Self
+from typing import Literal, Self, Unpack
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from bgc.diagnostics.catalogue.realtime import (
     thread_left,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver, SolverKeywords
 from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
 from bgc.runtime.realtime.course import (
     Course,
@@ -44,14 +45,12 @@ from bgc.runtime.realtime.report import Report, report_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
-from bgc.runtime.running.arguments import method_options
+from bgc.runtime.running.arguments import read_solver, with_solver_keywords
 from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.poses import pose_words
-from bgc.runtime.running.quantity import Quantity
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.simulate import method_of, named_result
 from bgc.runtime.running.structures import Status
 
@@ -81,7 +80,7 @@ class Realtime:
     def __init__(
         self,
         model: LoadedModel,
-        method: Method,
+        method: Solver,
         options: RealtimeOptions,
         *,
         duration: float | None = None,
@@ -268,20 +267,14 @@ class Realtime:
 
     # --- another model -------------------------------------------------------------------------
 
+    @with_solver_keywords
     def exchange(
         self,
         model: LoadedModel,
         *,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         wait: bool = True,
+        **run: Unpack[SolverKeywords],
     ) -> None:
         """Let another model, or this one with other parameters, take the place of the present one.
 
@@ -295,7 +288,7 @@ class Realtime:
         ----------
         model
             A model whose scene has devices of the same names and the same period.
-        solver, rtol, atol, step, max_step, substeps, settle, start, parameters
+        parameters, **run
             As for `Model.realtime`.
         wait
             Whether to return only when the new model runs, or the loop has ended.
@@ -306,9 +299,8 @@ class Realtime:
             BG757: the devices or the period differ, another exchange is under way, or the loop has
             ended; or an argument, a parameter or the start is at fault. The loop goes on.
         """
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(model, solver, options)
-        course = make_course(model, method.started(start), parameters or {})
+        method, notices = method_of(model, read_solver(run))
+        course = make_course(model, method, parameters or {})
         with self._exchanging:
             self._post(course)
             place = len(self._courses) - 1

@@ -9,9 +9,9 @@ from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.realtime import cannot_start
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.realtime.binding import POLICIES, OptionsStruct
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 
 _SHORTEST_PERIOD = 0.25e-3  # s: 4 kHz
 _DEFAULT = 1e-3  # s: of a scene that samples nothing and has no step
@@ -74,7 +74,7 @@ class RealtimeOptions:
         return self
 
 
-def period_of(model: LoadedModel, method: Method, sampled: float) -> float:
+def period_of(model: LoadedModel, method: Solver, sampled: float) -> float:
     """The period of the loop, s: that of the samples, else the step.
 
     Raises BgError BG769 for a method that the loop cannot run, or a period below 0.25 ms.

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from bgc.language.methods import METHODS, ROSENBROCK, SWITCHING, SWITCHING_FIXED, Method
+from bgc.language.solver import Solver
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, MethodInfo
-from bgc.runtime.running.run import Method
 
 _WORTHWHILE = 0.6  # predicted time of the explicit method over that of the run
 _FEWEST_STEPS = 100  # of a run that is long enough for its time to matter
@@ -25,17 +25,17 @@ _STAGE = 30.0  # operations that a stage costs besides f, and per state:
 _SUM = 8.0
 
 
-def faster_method(model: LoadedModel, method: Method, counts: Mapping[str, float]) -> str:
+def faster_method(model: LoadedModel, method: Solver, counts: Mapping[str, float]) -> str:
     """Name an explicit method that would take at most 60 % of the time; empty where none would.
 
     `counts` are those of a run of `model` by `method`.
     """
-    info = model.library.methods.get(method.name)
+    info = METHODS.get(method.name)
     steps = counts["steps"] + counts["rejected"]
     if (
         info is None
         or info.name in (SWITCHING, SWITCHING_FIXED)
-        or info.family != "Rosenbrock"
+        or info.family is not ROSENBROCK
         or counts["steps"] < _FEWEST_STEPS
         or not model.facts.operations
         or not counts["fastest"] > 0
@@ -50,18 +50,18 @@ def faster_method(model: LoadedModel, method: Method, counts: Mapping[str, float
         name = "dopri5"
         needed = _MORE_STEPS * counts["controlled_steps"]
         predicted = max(steps, needed, counts["stiffness"] / _STABLE)
-    explicit = _cost(model, model.library.methods[name], operations, 0.0)
+    explicit = _cost(model, METHODS[name], operations, 0.0)
     jacobians = counts["jacobians"] / steps
     ratio = predicted * explicit / (steps * _cost(model, info, operations, jacobians))
     return name if ratio <= _WORTHWHILE else ""
 
 
 def _cost(
-    model: LoadedModel, info: MethodInfo, operations: Mapping[str, int], jacobians: float
+    model: LoadedModel, info: Method, operations: Mapping[str, int], jacobians: float
 ) -> float:
     """Operations of a step; `jacobians` are evaluated and factorised in one, on average."""
     stage = operations["rhs"] + _STAGE + _SUM * len(model.states)
-    if info.explicit:
+    if not info.family.jacobian:
         return info.stages * stage
     matrix = operations["jacobian"] + operations["factor"]
     return info.stages * (stage + operations["solve"]) + jacobians * matrix

@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from bgc.diagnostics.catalogue import did_you_mean
+from bgc.diagnostics.catalogue.arguments import bad_option
+from bgc.diagnostics.diagnostic import BgError
+from bgc.language.records import Where, options_of
+from bgc.language.solver import Solver, SolverKeywords
 from bgc.runtime.running.quantity import Quantity, in_si
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+_RUN = re.compile(r" {8}\*\*run\n(?: {12}.*\n)+")  # the paragraph of a docstring
+_STARTS = (None, "rest", "given")
 
 
 def seconds_of(value: Quantity | None, name: str = "duration") -> float | None:
@@ -10,20 +25,54 @@ def seconds_of(value: Quantity | None, name: str = "duration") -> float | None:
     return in_si(value, name, "s")
 
 
-def method_options(
-    rtol: Quantity | None,
-    atol: Quantity | None,
-    step: Quantity | None,
-    max_step: Quantity | None,
-    substeps: int | None,
-    settle: Quantity | None,
-) -> dict[str, float | None]:
-    """The options of a method by name, SI."""
-    return {
-        "rtol": in_si(rtol, "rtol", ""),
-        "atol": in_si(atol, "atol", ""),
-        "step": in_si(step, "step", "s"),
-        "max_step": in_si(max_step, "max_step", "s"),
-        "substeps": substeps,
-        "settle": in_si(settle, "settle", "Hz"),
+def read_solver(given: Mapping[str, Any]) -> Solver:
+    """Read `SolverKeywords`.
+
+    Raises BgError: BG066 for a value out of its range, BG062, BG063 or BG790 for one that is no
+    number of its unit; TypeError for an unknown keyword.
+    """
+    known = {
+        option.keyword: (name, option) for name, option in options_of(Solver, Where.PYTHON).items()
     }
+    values: dict[str, Any] = {}
+    for keyword, value in given.items():
+        if keyword not in known:
+            hint = did_you_mean(keyword, known) or "see `help`"
+            raise TypeError(f"unexpected keyword argument `{keyword}`; {hint}")
+        name, option = known[keyword]
+        if option.kind is bool and value not in _STARTS:
+            raise BgError([bad_option(keyword, value, "`rest` or `given`", "rest")])
+        if value is None:
+            continue
+        if option.kind is float:
+            value = in_si(value, keyword, option.unit or "")
+        if option.kind in (float, int):
+            problem = option.problem(keyword, value)
+            if problem is not None:
+                raise BgError([problem])
+        values[name] = value
+    return Solver(**values)
+
+
+def with_solver_keywords(function: _Function) -> _Function:
+    """Show the keywords of a solver in the signature and the documentation of a function.
+
+    They take the place of its argument `**run: Unpack[SolverKeywords]`; in its documentation that
+    of a paragraph `**run`, or of that name among others.
+    """
+    own = inspect.signature(function)
+    shown = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    text, options = "", options_of(Solver, Where.PYTHON).values()
+    for option in options:
+        kind = SolverKeywords.__annotations__[option.keyword]
+        kind = getattr(kind, "__forward_arg__", kind)
+        keyword_only = inspect.Parameter.KEYWORD_ONLY
+        shown.append(inspect.Parameter(option.keyword, keyword_only, default=None, annotation=kind))
+        meaning = f"{option.help} By default {option.default}."
+        text += (
+            f"        {option.keyword}\n{textwrap.indent(textwrap.fill(meaning, 88), ' ' * 12)}\n"
+        )
+    function.__signature__ = own.replace(parameters=shown)  # type: ignore[attr-defined]
+    named = _RUN.sub(text, function.__doc__ or "")
+    function.__doc__ = named.replace("**run", ", ".join(option.keyword for option in options))
+    return function

@@ -14,6 +14,7 @@ import numpy as np
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Reducer
 from bgc.runtime.results.runs import DONE, FAILED, INTERRUPTED
@@ -27,7 +28,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.progress import ProgressBar
-from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.run import set_method, start
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.warned import energy_warnings, step_warnings
 
@@ -46,7 +47,7 @@ class Work:
     model: LoadedModel
     library: Library
     parameters: Parameters
-    method: Method
+    method: Solver
     cases: Cases
     varied: Sequence[str]
     times: Array
@@ -165,7 +166,7 @@ class Work:
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""
         try:
-            status, _ = start(instance, self.method, self.method.rest_of(self.model.facts))
+            status, _ = start(instance, self.method, self.model.facts)
             if status is not Status.OK:
                 return self.model.explain(instance, status)
             require_ports(instance, self.model.facts, self.model.places)

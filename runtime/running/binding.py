@@ -21,12 +21,10 @@ from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.methods import MethodInfo
 from bgc.runtime.running.structures import (
     ABI,
     CountsStruct,
     FaintState,
-    MethodStruct,
     ModelStruct,
     OptionsStruct,
     Status,
@@ -89,7 +87,6 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_state": (_Doubles, (c_void_p,)),
     "bgc_scale": (_Doubles, (c_void_p,)),
     "bgc_input": (_Doubles, (c_void_p,)),
-    "bgc_get_method": (c_int, (c_int, POINTER(MethodStruct))),
     "bgc_stop": (None, (c_void_p,)),
     "bgc_get_counts": (POINTER(CountsStruct), (c_void_p,)),
     "bgc_find_driver": (c_void_p, (c_char_p,)),
@@ -152,26 +149,6 @@ class Library:
         function = getattr(self.functions, name)
         function.restype = result
         function.argtypes = arguments
-
-    @cached_property
-    def methods(self) -> dict[str, MethodInfo]:
-        """The integration methods by name, in the runtime's order."""
-        found: dict[str, MethodInfo] = {}
-        raw = MethodStruct()
-        while self.functions.bgc_get_method(len(found), byref(raw)) == Status.OK:
-            found[text(raw.name)] = MethodInfo(
-                name=text(raw.name),
-                family=text(raw.family),
-                purpose=text(raw.purpose),
-                order=raw.order,
-                error_order=raw.error_order,
-                jacobian=bool(raw.jacobian),
-                lanes=bool(raw.lanes),
-                embedded_order=raw.embedded_order,
-                substeps=raw.substeps,
-                stages=raw.stages,
-            )
-        return found
 
 
 def backend_run(path: Path, solver: str) -> Any:

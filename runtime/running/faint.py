@@ -16,12 +16,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.resolution import observed_scales
-from bgc.runtime.running.run import Method, run_watched
+from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.structures import Status
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
@@ -82,7 +83,7 @@ def faint_states(instance: Instance) -> tuple[Faint, ...]:
 
 def undecided(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     instance: Instance,
     times: Array,
     rows: Array,
@@ -143,7 +144,7 @@ class Probe:
     """Repeats a run of a model, with states shifted."""
 
     model: LoadedModel
-    method: Method
+    method: Solver
     times: Array
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from bgc.building.built import ENERGY_ACCOUNTS, Built, Places, RunFacts
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import wrong_state
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.methods import METHODS
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
@@ -22,7 +24,7 @@ from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.rest import go_to_rest
-from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.run import set_method, start
 from bgc.runtime.running.selection import Selection
 from bgc.runtime.running.structures import Status, VarInfo
 from bgc.values.shown import Shown, shown_by
@@ -116,7 +118,7 @@ class LoadedModel:
     @property
     def solvers(self) -> tuple[str, ...]:
         """Names of the integration methods."""
-        return tuple(self.library.methods)
+        return tuple(METHODS)
 
     @property
     def row_width(self) -> int:
@@ -136,7 +138,7 @@ class LoadedModel:
     @contextmanager
     def started(
         self,
-        method: Method,
+        method: Solver,
         accounts: bool,
         parameters: Mapping[str, ParameterValue] | None = None,
         noted: Callable[[AtRest], None] | None = None,
@@ -151,9 +153,7 @@ class LoadedModel:
         instance = self.parameters.instance(parameters or {})
         require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder, devices):
-            scene_settle = self.facts.solver.settle
-            settled = method if method.settle > 0 else replace(method, settle=scene_settle)
-            status, at_rest = start(instance, settled, method.rest_of(self.facts))
+            status, at_rest = start(instance, method, self.facts)
             require(instance, status, self._places)
             require_ports(instance, self.facts, self._places)
             if at_rest is not None and noted is not None:

@@ -24,6 +24,8 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.methods import METHODS
+from bgc.language.solver import Solver
 from bgc.options import RUN_NUMBER, Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
@@ -38,7 +40,7 @@ from bgc.runtime.running.examined import examine
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.run import Method
+from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.unfinished import Unfinished, find_unfinished
 from bgc.runtime.running.warned import negative_among
 from bgc.values.shown import Shown, shown_by
@@ -56,7 +58,7 @@ class Plan:
     """
 
     model: LoadedModel
-    method: Method
+    method: Solver
     cases: Cases
     times: Array
     alone: str
@@ -93,7 +95,7 @@ class Plan:
 
 def plan_many(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     cases: Cases,
     times: Array,
     vectorised: bool = True,
@@ -101,7 +103,7 @@ def plan_many(
 ) -> Plan:
     """Decide how the runs of an ensemble are computed; BG787 for an observable without a row."""
     check_parts(observables, times)
-    method = method.with_capped_step(times, model.facts.timed)
+    method = with_capped_step(method, times, model.facts.timed)
     alone = why_alone(model, method, len(cases), vectorised)
     varied = cases.varied(model.parameters.given({}))
     varied = [name for name in varied if name != RUN_NUMBER]
@@ -184,14 +186,14 @@ def _unfinished(plan: Plan) -> Unfinished:
     )
 
 
-def why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) -> str:
+def why_alone(model: LoadedModel, method: Solver, count: int, vectorised: bool) -> str:
     """Return the reason for running instances one by one; empty where batches are supported.
 
     A small number of instances is the reason only where more of them would run in batches.
     """
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
-    solver = model.library.methods.get(method.name)  # None: one of a backend
+    solver = METHODS.get(method.name)  # None: one of a backend
     verb = "is" if count == 1 else "are"
     reasons = {
         "vector registers are not wanted": not vectorised,
@@ -202,9 +204,11 @@ def why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) 
         "the model has sampled parts": model.library.is_sampled,
         "the states of the model jump": model.library.has_jumps,
         "the model has closed chains of rigid connections": model.library.has_chains,
-        f"`{method.name}` is not a Rosenbrock or explicit method": not (solver and solver.lanes),
+        f"`{method.name}` is not a Rosenbrock or explicit method": not (
+            solver and solver.family.lanes
+        ),
         "the model is so large that its matrix is factorised in loops": not (
-            model.library.has_lane_factors or (solver and solver.explicit)
+            model.library.has_lane_factors or (solver and not solver.family.jacobian)
         ),
         f"{counted(count, 'instance')} {verb} too few to compile for": count < _FEWEST,
     }

@@ -11,17 +11,17 @@ import json
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 
 from bgc.building.backends import BACKENDS
 from bgc.building.cache import digest_of, write_aside
+from bgc.building.notes import from_json, to_json
 from bgc.building.recall import machine_identity
 from bgc.building.user_folder import safe_cache_directory
+from bgc.language.solver import Solver
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.run import Method
 
 FOLDER = "trades"  # of the cache
 
@@ -39,7 +39,7 @@ def scene_folder(
 
 def recommended_method(
     model: LoadedModel, parameters: Mapping[str, ParameterValue]
-) -> Method | None:
+) -> Solver | None:
     """The stored recommendation for the whole of a scene; None if there is none or it cannot run.
 
     `parameters` are values for this run alone.
@@ -57,7 +57,7 @@ def recommended_method(
     return method if method is not None and method.name in known else None
 
 
-def keep_recommendation(folder: Path, model: LoadedModel, method: Method | None) -> None:
+def keep_recommendation(folder: Path, model: LoadedModel, method: Solver | None) -> None:
     """Store in a scene's folder the method that is recommended, or that none is.
 
     Raises OSError where the disk is full or may not be written.
@@ -67,14 +67,15 @@ def keep_recommendation(folder: Path, model: LoadedModel, method: Method | None)
         path.unlink(missing_ok=True)
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_aside(path, json.dumps(asdict(method)))
+    write_aside(path, json.dumps(to_json(method)))
 
 
-def _read(path: Path) -> Method | None:
-    with suppress(OSError, ValueError, TypeError):  # nothing stored, or damaged
+def _read(path: Path) -> Solver | None:
+    with suppress(OSError, KeyError, ValueError, TypeError):  # nothing stored, or damaged
         value = json.loads(path.read_text(encoding="utf-8"))
         os.utime(path.parent)  # the last use, by which the cache is pruned
-        return Method(**value)
+        found: Solver = from_json(Solver, value)
+        return found
     return None
 
 

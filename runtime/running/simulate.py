@@ -13,6 +13,8 @@ from bgc.diagnostics.catalogue.accuracy import rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.scene_tables import AUTO
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
@@ -27,18 +29,18 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.recommended import recommended_method
 from bgc.runtime.running.rows import RowTimes, lazy_times, row_times
-from bgc.runtime.running.run import Method, choose_method, run_watched
+from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.warned import run_warnings
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
-_NO_OPTIONS: Mapping[str, float | None] = MappingProxyType({})
+_NOT_GIVEN = Solver()
 _ROWS = 201  # of a run whose end alone is asked for, to see whether rounding decides it
 
 
 def simulate(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     times: Array,
     parameters: Mapping[str, ParameterValue] = _NONE,
     progress: bool = False,
@@ -58,7 +60,7 @@ def simulate(
         A parameter is at fault, or there is no initial state.
     """
     rows = np.full((len(times), model.row_width), np.nan)
-    capped = method.with_capped_step(times, model.facts.timed)
+    capped = with_capped_step(method, times, model.facts.timed)
     at_rest: list[AtRest] = []
     begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
     with begun as instance:
@@ -85,28 +87,27 @@ def raise_where_ended(
 
 def method_of(
     model: LoadedModel,
-    solver: str | None = None,
-    options: Mapping[str, float | None] = _NO_OPTIONS,
+    given: Solver = _NOT_GIVEN,
     parameters: Mapping[str, ParameterValue] = _NONE,
-) -> tuple[Method, tuple[Diagnostic, ...]]:
+) -> tuple[Solver, tuple[Diagnostic, ...]]:
     """Choose the method of a run: the caller's, else the scene's, else the default.
 
-    `options` are those of a `solver` statement by name, SI; None for one that is not given.
     `solver auto` takes the method that `bgc trade` recommended; where there is no recommendation,
-    the default with a notice (BG090).
+    the default with a notice (BG090). A recommendation was measured without options of the caller,
+    which go first.
     """
-    method = choose_method(model.library, model.facts, solver, options, BACKENDS)
-    if not method.auto:
+    method = choose_method(model.library, model.facts, given, BACKENDS)
+    if (given.name or model.facts.solver.name) != AUTO or given.given:
         return method, ()
     recommended = recommended_method(model, parameters)
     if recommended is not None:
-        return recommended, ()
+        return replace(recommended, start=given.start), ()
     return method, (nothing_measured(model.facts.name, method.name),)
 
 
 def times_of(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     duration: float | None = None,
     every: float | None = None,
     instances: int = 1,
@@ -120,14 +121,14 @@ def times_of(
 
 
 def lazy_times_of(
-    model: LoadedModel, method: Method, duration: float | None, every: float | None, room: float
+    model: LoadedModel, method: Solver, duration: float | None, every: float | None, room: float
 ) -> RowTimes:
     """Times of the rows of a run, computed where they are needed; `room` bounds them, bytes."""
     return lazy_times(*_rows_wanted(model, method, duration, every), model.row_width, room)
 
 
 def _rows_wanted(
-    model: LoadedModel, method: Method, duration: float | None, every: float | None
+    model: LoadedModel, method: Solver, duration: float | None, every: float | None
 ) -> tuple[float, float | None, float | None]:
     """The duration, the interval between rows, and the step of a fixed-step method, s."""
     facts = model.facts
@@ -172,7 +173,7 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
 
 def rounding_warnings(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     times: Array,
     parameters: Mapping[str, ParameterValue] = _NONE,
     *,
@@ -195,7 +196,7 @@ def named_result(
     model: LoadedModel,
     times: Array,
     rows: Array,
-    method: Method,
+    method: Solver,
     instance: Instance,
     notices: Sequence[Diagnostic],
 ) -> Result:
@@ -209,7 +210,7 @@ def named_result(
     )
 
 
-def bare_result(model: LoadedModel, times: Array, rows: Array, method: Method) -> Result:
+def bare_result(model: LoadedModel, times: Array, rows: Array, method: Solver) -> Result:
     """Name the columns of rows, in the scene's order."""
     chosen = model.selection()
     return Result(

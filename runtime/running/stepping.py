@@ -14,6 +14,7 @@ from bgc.diagnostics.catalogue.arguments import run_is_over
 from bgc.diagnostics.catalogue.inputs import function_in_steps, not_an_open_input
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.doors import with_doors
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.changes import change_parameters
@@ -23,7 +24,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.quantity import Quantity, in_si
-from bgc.runtime.running.run import Method, run_watched
+from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.warned import run_warnings
 
@@ -41,7 +42,7 @@ class Stepping:
     def __init__(
         self,
         model: LoadedModel,
-        method: Method,
+        method: Solver,
         parameters: Mapping[str, ParameterValue],
         inputs: Sequence[str] = (),
         notices: Sequence[Diagnostic] = (),

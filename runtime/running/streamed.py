@@ -15,6 +15,7 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.machine import cannot_write, rows_not_written, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.kept_rows import MOST_VALUES, KeptRows
 from bgc.runtime.results.npz_rows import NpzRows
@@ -31,7 +32,7 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import RowTimes
-from bgc.runtime.running.run import Method, watched
+from bgc.runtime.running.run import watched, with_capped_step
 from bgc.runtime.running.simulate import (
     bare_result,
     lazy_times_of,
@@ -54,7 +55,7 @@ _ENDLESS = 2.0**60  # bytes
 def simulate_to(
     target: Path | TextIO,
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     duration: float | None,
     every: float | None,
     parameters: Mapping[str, ParameterValue],
@@ -77,7 +78,7 @@ def simulate_to(
     times = given.times(model, method, _room(target))
     if len(times) * (columns + 1) <= MOST_VALUES or not _can_grow(target):
         return _write_after(target, model, method, given, parameters, progress, notices, devices)
-    capped = method.with_capped_step(times, model.facts.timed)
+    capped = with_capped_step(method, times, model.facts.timed)
     kept = KeptRows(len(times), columns)
     at_rest: list[AtRest] = []
     begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
@@ -120,7 +121,7 @@ class RowRequest:
     duration: float | None
     every: float | None
 
-    def times(self, model: LoadedModel, method: Method, room: float) -> RowTimes:
+    def times(self, model: LoadedModel, method: Solver, room: float) -> RowTimes:
         """The times of the rows; BG068 where their numbers would take more than `room`, bytes."""
         return lazy_times_of(model, method, self.duration, self.every, room)
 
@@ -185,7 +186,7 @@ def write_result(result: Result, target: Path | TextIO) -> None:
 def _write_after(
     target: Path | TextIO,
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     given: RowRequest,
     parameters: Mapping[str, ParameterValue],
     progress: bool,
@@ -206,7 +207,7 @@ def _write_after(
     return result
 
 
-def open_rows(target: Path | TextIO, model: LoadedModel, method: Method, count: int) -> RowFile:
+def open_rows(target: Path | TextIO, model: LoadedModel, method: Solver, count: int) -> RowFile:
     """Open a file for at most `count` rows of a model; its ending decides on its kind."""
     chosen = model.selection()
     columns = [

@@ -10,9 +10,13 @@ from ctypes import POINTER, c_char_p, c_double, c_int, c_long, c_uint32, c_void_
 from enum import IntEnum
 from typing import Any, ClassVar, TypeAlias
 
-ABI = 15
+from bgc.language.records import Where, options_of
+from bgc.language.solver import Solver
+
+ABI = 16
 
 _Fields: TypeAlias = list[tuple[str, Any]]
+_NUMBERS: dict[type, Any] = {float: c_double, int: c_int}
 
 
 class Status(IntEnum):
@@ -155,29 +159,17 @@ class ModelStruct(ctypes.Structure):
     ]
 
 
+C_OPTIONS = options_of(Solver, Where.C)
+"""The options of a solver that C has, by field."""
+
+
 class OptionsStruct(ctypes.Structure):
     """`bgc_options`."""
 
     _fields_: ClassVar[_Fields] = [
         ("name", c_char_p),
-        ("rtol", c_double),
-        ("atol", c_double),
-        ("step", c_double),
-        ("max_step", c_double),
-        ("max_steps", c_long),
-        ("keep", c_int),
+        *((name, _NUMBERS[known.kind]) for name, known in C_OPTIONS.items()),
         ("accounts", c_int),
-        ("substeps", c_int),
-    ]
-
-
-class MethodStruct(ctypes.Structure):
-    """`bgc_method_info`."""
-
-    _fields_: ClassVar[_Fields] = [
-        *((name, c_char_p) for name in ("name", "family", "purpose")),
-        *((name, c_int) for name in ("order", "error_order", "jacobian", "lanes")),
-        *((name, c_int) for name in ("embedded_order", "substeps", "stages")),
     ]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from bgc.building.cache import digest_of, digest_of_bytes, open_cache
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.results.observables import Observable
@@ -21,7 +22,6 @@ from bgc.runtime.running.batches import Work
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.warned import read_warnings, written_warnings
 
 FOLDER = "sweeps"  # of the cache
@@ -69,7 +69,7 @@ class Unfinished:
 
 def find_unfinished(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     cases: Cases,
     times: Array,
     alone: str,
@@ -82,7 +82,7 @@ def find_unfinished(
 
 def ensemble_identity(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     cases: Cases,
     times: Array,
     alone: str,

@@ -11,16 +11,16 @@ from bgc.diagnostics.catalogue.accuracy import (
 )
 from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.diagnostic import Diagnostic, Severity
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import balance_warnings, joules
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 
 _ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
 
 
-def run_warnings(model: LoadedModel, instance: Instance, method: Method) -> Iterator[Diagnostic]:
+def run_warnings(model: LoadedModel, instance: Instance, method: Solver) -> Iterator[Diagnostic]:
     """Warn of parameters set to negative values, of steps too long, and of rounding.
 
     The codes are BG460; BG719 and BG730; BG731.
@@ -38,7 +38,7 @@ def turned_negative(model: LoadedModel, instance: Instance) -> Iterator[Diagnost
 
 
 def step_warnings(
-    model: LoadedModel, counts: Mapping[str, float], method: Method
+    model: LoadedModel, counts: Mapping[str, float], method: Solver
 ) -> Iterator[Diagnostic]:
     """Warn of the steps of a run by its counts: BG719, BG730, BG731."""
     if counts["largest_correction"] > 0:
@@ -52,7 +52,7 @@ def step_warnings(
         yield samples_over_budget(
             int(counts["over_budget"]),
             method.step,
-            method.substeps or model.library.methods[method.name].substeps,
+            method.parts,
             counts["excess_time"],
             counts["largest_excess"],
         )

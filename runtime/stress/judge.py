@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.judging import AT_THE_REFERENCE, METHODS, RTOLS, Accuracy
 from bgc.runtime.measuring.timed import Run, timed_run
@@ -16,7 +17,6 @@ from bgc.runtime.results.result import unbalanced
 from bgc.runtime.running.faint import Probe, is_repeatable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.resolution import observed_scales
-from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 
 WRONG = 0.1  # of the range: larger errors make a number useless
@@ -77,13 +77,13 @@ class Agreement:
 
     rows: Array | None
     accuracy: float
-    method: Method | None = None
+    method: Solver | None = None
     run: Run | None = None
 
 
 def limited_run(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     times: Array,
     *,
     accounts: bool,
@@ -109,7 +109,7 @@ class Judge:
     limit: float
     references: References
 
-    def judge(self, run: Run, method: Method) -> Judgement:
+    def judge(self, run: Run, method: Solver) -> Judgement:
         """Compare a run by a method with others.
 
         It holds if another method at a hundredth of the default tolerance agrees with it, also from
@@ -123,7 +123,7 @@ class Judge:
         residual, warned = self._balance(run)
         rows = run.rows[:, : len(self.model.measured)]
         name = _METHODS[method.name == _METHODS[0]]
-        other, by = self._solved(name, _RTOLS[0]), Method(name, fixed=False, rtol=_RTOLS[0])
+        other, by = self._solved(name, _RTOLS[0]), Solver(name, rtol=_RTOLS[0])
         if other.status == "done":
             error = self._error(rows, other.rows)
             if self._is_acceptable(rows, other.rows, error):
@@ -132,7 +132,7 @@ class Judge:
         return self._against_two(rows, method, residual, warned)
 
     def _against_two(
-        self, rows: Array, method: Method, residual: float | None, warned: bool
+        self, rows: Array, method: Solver, residual: float | None, warned: bool
     ) -> Judgement:
         """Judge by rows on which two other methods agree."""
         known = self._agreed()
@@ -155,7 +155,7 @@ class Judge:
         return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual)
 
     def _unless_doubtful(
-        self, error: float, residual: float | None, reference: Run, by: Method
+        self, error: float, residual: float | None, reference: Run, by: Solver
     ) -> Judgement:
         """Let a run hold, unless all methods may share its error.
 
@@ -175,7 +175,7 @@ class Judge:
                 return Judgement(Verdict.UNJUDGED, error, residual, _MOVED)
         return self._unless_ringing(error, residual, reference.rows, reference.counts["steps"])
 
-    def _depends_on_rounding(self, run: Run, method: Method) -> float:
+    def _depends_on_rounding(self, run: Run, method: Solver) -> float:
         """Measure how far shifts of states below their tolerance move a run, relative to ranges."""
         if not run.faint or not is_repeatable(self.model):
             return 0.0
@@ -209,7 +209,7 @@ class Judge:
     def _agreement(self) -> Agreement:
         best = Agreement(None, math.inf)
         for rtol in _RTOLS:
-            found: list[tuple[Method, Run]] = []
+            found: list[tuple[Solver, Run]] = []
             for name in _METHODS:
                 run = self._solved(name, rtol)
                 if run.status != "done":
@@ -220,17 +220,17 @@ class Judge:
                         best = Agreement(other.rows, accuracy, by, other)
                 if best.accuracy <= _AGREED * self.tolerance.within:
                     return best
-                found.append((Method(name, fixed=False, rtol=rtol), run))
+                found.append((Solver(name, rtol=rtol), run))
         return best
 
     def _solved(self, name: str, rtol: float) -> Run:
         """Return a run at a tight tolerance, kept for further points."""
         key = name, rtol
         if key not in self.references.runs:
-            self.references.runs[key] = self._run(Method(name, fixed=False, rtol=rtol))
+            self.references.runs[key] = self._run(Solver(name, rtol=rtol))
         return self.references.runs[key]
 
-    def _run(self, method: Method, moved: float = 0.0) -> Run:
+    def _run(self, method: Solver, moved: float = 0.0) -> Run:
         return limited_run(
             self.model, method, self.times, accounts=False, limit=self.limit, moved=moved
         )
@@ -249,7 +249,7 @@ class Judge:
         """
         longest = float(self.times[-1]) / _SHORT_STEPS
         for name in _METHODS[1:]:
-            run = self._run(Method(name, fixed=False, rtol=_RTOLS[-1], max_step=longest))
+            run = self._run(Solver(name, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
                 error = self._error(run.rows, reference.rows)
                 return error <= max(self.tolerance.within, AT_THE_REFERENCE * reference.accuracy)

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.structures import Status
 
 _MOST = 400  # states: with more, eigenvalues take too long
@@ -45,7 +45,7 @@ def ringing_at_start(model: LoadedModel, duration: float) -> tuple[Ringing, ...]
     eigenvector, with the Jacobian A. Empty if this cannot be computed.
     """
     try:
-        with model.started(Method("rodas5p", fixed=False), accounts=False) as instance:
+        with model.started(Solver("rodas5p"), accounts=False) as instance:
             return _modes(instance, duration) if len(instance.state) <= _MOST else ()
     except (BgError, np.linalg.LinAlgError):
         return ()

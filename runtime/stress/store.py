@@ -8,9 +8,9 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.judging import Accuracy, Note, note_of
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 from bgc.runtime.stress.judge import Judgement, Verdict
 
 _EVERY = 1.0  # s between two writes
@@ -52,7 +52,7 @@ class Store:
 
 
 def open_store(
-    model: LoadedModel, method: Method, tolerance: Accuracy, duration: float | None, fresh: bool
+    model: LoadedModel, method: Solver, tolerance: Accuracy, duration: float | None, fresh: bool
 ) -> Store:
     """Open the store of a scene with its present parameters, a method and a tolerance."""
     store = Store(note_of(model, "stress", (method, tolerance, duration)))

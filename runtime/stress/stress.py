@@ -13,13 +13,15 @@ import numpy as np
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
+from bgc.language.methods import default_method
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.judging import Accuracy, duration_of
 from bgc.runtime.measuring.timed import reason_of, timed_run
+from bgc.runtime.running.arguments import read_solver
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import default_method
 from bgc.runtime.running.progress import tracked
-from bgc.runtime.running.run import Method, choose_method
+from bgc.runtime.running.run import choose_method
 from bgc.runtime.stress.drives import (
     RTOL,
     STEP,
@@ -140,7 +142,9 @@ def stress(
     BgError
         A drive is at fault; BG088 if the scene observes nothing, BG089 if it does not run.
     """
-    method = choose_method(model.library, model.facts, solver, {"rtol": rtol, "step": step})
+    method = choose_method(
+        model.library, model.facts, read_solver({"solver": solver, "rtol": rtol, "step": step})
+    )
     full = duration_of(model, duration or None, nothing_to_judge)
     started = time.monotonic()
     by_scene = within is None
@@ -213,7 +217,7 @@ def _portion(seconds: float, budget: float) -> float:
     return next((part for part in _PORTIONS if part <= affordable), _PORTIONS[-1])
 
 
-def _described(method: Method) -> str:
+def _described(method: Solver) -> str:
     return (
         f"{method.name} at {method.step:g} s"
         if method.fixed
@@ -222,7 +226,7 @@ def _described(method: Method) -> str:
 
 
 def _nominal(
-    model: LoadedModel, method: Method, duration: float, limit: float
+    model: LoadedModel, method: Solver, duration: float, limit: float
 ) -> tuple[float, float]:
     """Run the unchanged scene; return its seconds and steps. BG089 if it does not run."""
     run = timed_run(model, method, np.array([0.0, duration]), accounts=False, limit=limit)
@@ -240,7 +244,7 @@ class _Session:
     """
 
     model: LoadedModel
-    method: Method
+    method: Solver
     duration: float
     tolerance: Accuracy
     store: Store
@@ -350,18 +354,17 @@ class _Session:
         given: dict[str, Any] = {**dict(options.overrides), **values}
         return load_model(path, replace(options, overrides=(), strict=False, preview=False), given)
 
-    def _method_with(self, values: Mapping[str, float]) -> Method:
+    def _method_with(self, values: Mapping[str, float]) -> Solver:
         """Change the step or tolerance of the method; its kind's default method if it has none."""
         old = self.method
-        methods = self.model.library.methods.values()
         if STEP in values:
             name, keep = old.name, old.keep
             if not old.fixed:
-                name, keep = default_method(methods, fixed=True).name, 0
-            return Method(name, True, step=values[STEP], keep=keep)
+                name, keep = default_method(fixed=True), 0
+            return Solver(name, step=values[STEP], keep=keep)
         if RTOL in values:
             name, atol = old.name, old.atol
             if old.fixed:
-                name, atol = default_method(methods, fixed=False).name, 0.0
-            return Method(name, False, rtol=values[RTOL], atol=atol)
+                name, atol = default_method(fixed=False), 0.0
+            return Solver(name, rtol=values[RTOL], atol=atol)
         return old

@@ -11,9 +11,9 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
 from bgc.runtime.running.warned import negative_among
 from bgc.runtime.studies.arguments import spread, with_sobol
@@ -48,7 +48,7 @@ class FitOptions:
 
 def fit(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     recorded: Recorded,
     bounds: Sequence[Range],
     options: FitOptions,

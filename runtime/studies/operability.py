@@ -13,13 +13,13 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range
 from bgc.diagnostics.catalogue.studies import no_criterion
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Criterion, read_criterion
 from bgc.runtime.results.study import Study
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.many import observed_columns
 from bgc.runtime.running.quantity import read_quantity
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Axis, read_axis
 from bgc.runtime.studies.operability_result import Operability
 from bgc.runtime.studies.sweep import Design, sweep
@@ -70,7 +70,7 @@ def operability(
     model: LoadedModel,
     seas: SeaStates,
     criteria: Sequence[Criterion],
-    method: Method,
+    method: Solver,
     times: Array,
     *,
     judge: str = "gumbel",

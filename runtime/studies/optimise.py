@@ -16,12 +16,12 @@ from bgc.diagnostics.catalogue.studies import (
     without_influence,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import STEPPED, Criterion, Observable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import StatusLine
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Range
 from bgc.runtime.running.warned import negative_among
 from bgc.runtime.studies.arguments import spread, with_sobol
@@ -136,7 +136,7 @@ class _Problem:
 
 def optimise(
     model: LoadedModel,
-    method: Method,
+    method: Solver,
     times: Array,
     bounds: Sequence[Range],
     goal: Goal,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.results.runs import Runs
@@ -20,7 +21,6 @@ from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.many import Plan, lane_library, plan_many, run_many
-from bgc.runtime.running.run import Method
 
 _STEP = 1e-4  # of a range or a scale: central differences then have an error of some 1e-8
 _STEP_ALONE = 1e-3  # where each run chooses its own steps, whose errors do not cancel
@@ -31,7 +31,7 @@ class PointRuns:
     """Runs of a model at points, their number and the errors of those that failed."""
 
     model: LoadedModel
-    method: Method
+    method: Solver
     times: Array
     observables: tuple[Observable, ...] = ()
     count: int = 0

@@ -12,6 +12,7 @@ import numpy as np
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import Observable, read_observables
@@ -32,7 +33,6 @@ from bgc.runtime.running.many import (
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.quantity import read_quantity
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.sweep import Axis, Listed, points, read_axis
 from bgc.runtime.studies.chunks import Chunk, Waiting, locally
 from bgc.runtime.studies.store import Store
@@ -115,7 +115,7 @@ def observables_of(model: LoadedModel, texts: Sequence[str]) -> tuple[Observable
 def sweep(
     model: LoadedModel,
     design: Design,
-    method: Method,
+    method: Solver,
     times: Array,
     observables: Sequence[Observable] = (),
     *,

@@ -18,6 +18,7 @@ from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.studies import cluster_unusable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.running.cases import Cases
@@ -25,7 +26,6 @@ from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.many import Plan
-from bgc.runtime.running.run import Method
 from bgc.runtime.studies.chunks import Chunk, run_chunk
 
 _MODELS = 8  # that a worker holds in memory
@@ -60,7 +60,7 @@ class Task:
 
     first: int
     cases: Cases
-    method: Method
+    method: Solver
     times: Array
     alone: str
     varied: tuple[str, ...]

@@ -9,8 +9,8 @@ from itertools import zip_longest
 from typing import TypeAlias
 
 from bgc.elaboration.scenes.variants import Change
+from bgc.language.solver import Solver
 from bgc.runtime.running.quantity import spelled_time
-from bgc.runtime.running.run import Method
 
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)
@@ -40,9 +40,9 @@ class Configuration:
         return self.step > 0
 
     @property
-    def method(self) -> Method:
+    def method(self) -> Solver:
         """The method and options of a run."""
-        return Method(self.solver, self.fixed, rtol=self.rtol, step=self.step, keep=self.keep)
+        return Solver(self.solver, rtol=self.rtol, step=self.step, keep=self.keep)
 
     @property
     def setting(self) -> str:

@@ -10,19 +10,19 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
 from bgc.runtime.measuring.judging import METHODS, RTOLS
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.faint import Faint, Probe, is_repeatable
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.run import Method
 
 _ROUNDING = 1e-12  # an agreement that no tighter tolerance improves
 _OF_REQUIRED = 0.1
 _OF_RANGE = 1e-4
 
-Solve = Callable[[Method, float], Run]
+Solve = Callable[[Solver, float], Run]
 """Run a method for at most the given number of seconds."""
 
 
@@ -87,7 +87,7 @@ def find_reference(
             left = end - time.monotonic()
             # A method that does not complete the run leaves time for the next one.
             limit = left if runs or best is not None else left / 2
-            run = solve(Method(name, fixed=False, rtol=rtol), limit)
+            run = solve(Solver(name, rtol=rtol), limit)
             if run.status == "done":
                 runs[name] = run
             elif best is None:
@@ -123,7 +123,7 @@ def with_doubt(
     """
     if not faint or not is_repeatable(model):
         return reference
-    by = Method(reference.methods[0], fixed=False, rtol=reference.rtol)
+    by = Solver(reference.methods[0], rtol=reference.rtol)
     agreement = reference.agreement
     for shifted in Probe(model, by, times).shifted(faint):
         moved = np.nan_to_num(largest_errors(shifted, reference.rows), nan=np.inf)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.errors import combined, largest_errors
 from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed import Run, paced_times, timed_run
@@ -14,7 +15,6 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.faint import Faint
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import ProgressBar, tracked
-from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
@@ -87,7 +87,7 @@ class Session:
         with ProgressBar(self.duration, self.progress, "reference") as bar:
             faint: dict[tuple[str, float], tuple[Faint, ...]] = {}
 
-            def solve(method: Method, seconds: float) -> Run:
+            def solve(method: Solver, seconds: float) -> Run:
                 run = timed_run(
                     self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
                 )

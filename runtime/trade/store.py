@@ -22,11 +22,11 @@ import numpy as np
 
 from bgc.building.cache import digest_of, open_cache, write_aside
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.recommended import keep_recommendation, scene_folder
-from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement, measurement_from_json
 from bgc.runtime.trade.reference import Reference
@@ -83,7 +83,7 @@ class Store:
             text = np.array(json.dumps(about))
             write_arrays(self.folder / "reference.npz", {"rows": reference.rows, "about": text})
 
-    def keep_answer(self, model: LoadedModel, method: Method | None) -> None:
+    def keep_answer(self, model: LoadedModel, method: Solver | None) -> None:
         """Store the method that is recommended, or that none is."""
         with self._noted():
             keep_recommendation(self.folder, model, method)

@@ -12,13 +12,14 @@ from bgc.diagnostics.catalogue.arguments import bad_option, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.doors import door, with_doors
+from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_method
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.printing.tables import Table
 from bgc.runtime.measuring.judging import duration_of
 from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED, default_method
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.rows import row_times
@@ -169,14 +170,13 @@ def trade(
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(lengths)
-    methods = loaded.library.methods
     configurations = scene_configurations(
         adaptive,
         fixed,
         rtols,
         ladder,
         [int(keep) for keep in keeps],
-        explicit=[name for name in fixed if methods[name].explicit],
+        explicit=[name for name in fixed if not METHODS[name].family.jacobian],
     )
     session.reserve_share(FOR_VARIANTS if others else FOR_REPETITIONS)
     rows = session.measure(configurations, reference, target)
@@ -251,8 +251,7 @@ def adaptive_and_fixed(
     differs = model.library.explicit_cost > 0
     usual = [name for name in known if name not in (SWITCHING, SWITCHING_FIXED) or differs]
     chosen = usual if solvers is None else [name for name in known if name in solvers]
-    methods = model.library.methods
-    fixed = [name for name in chosen if name in methods and methods[name].fixed]
+    fixed = [name for name in chosen if Solver(name).fixed]
     return [name for name in chosen if name not in fixed], fixed
 
 
@@ -260,8 +259,8 @@ def _ladder(session: Session, reference: Reference, duration: float) -> tuple[fl
     """List steps around the scene's, or around the mean step of the adaptive default."""
     step = session.model.facts.step
     if step is None:
-        adaptive = default_method(session.model.library.methods.values(), fixed=False)
-        row = session.measured(Configuration(adaptive.name, rtol=_TYPICAL_RTOL), reference)
+        adaptive = default_method(fixed=False)
+        row = session.measured(Configuration(adaptive, rtol=_TYPICAL_RTOL), reference)
         step = round_step(duration / max(row.counts.get("steps", 1000.0), 1.0))
     return step_ladder(step, duration)
 

@@ -12,6 +12,7 @@ from bgc.diagnostics.catalogue.trade import no_such_slot
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
+from bgc.language.methods import METHODS
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.changes import stored_variants
@@ -117,11 +118,11 @@ def measure_variants(
     on_front = front(rows, target)
     best = [row.configuration for row in rows if row.configuration in on_front]
     through = {row.configuration.solver for row in rows if target.is_informative(row)}
-    methods = session.model.library.methods
     explicit = [
         row.configuration
         for row in rows
-        if row.configuration.solver in methods and methods[row.configuration.solver].explicit
+        if row.configuration.solver in METHODS
+        and not METHODS[row.configuration.solver].family.jacobian
     ]
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}

@@ -10,6 +10,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.view import parameter_not_applied
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.changes import change_parameters
@@ -17,7 +18,6 @@ from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import require_ports
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.structures import Status
 from bgc.runtime.view.hands import Hands
 
@@ -38,7 +38,7 @@ class LiveRun:
     def __init__(
         self,
         model: LoadedModel,
-        method: Method,
+        method: Solver,
         parameters: Mapping[str, ParameterValue],
         devices: Choices = NO_CHOICES,
     ) -> None:
@@ -101,7 +101,7 @@ class LiveRun:
     @property
     def varied(self) -> dict[str, float]:
         """The present values, SI, of the parameters that a start at rest has found."""
-        rest = self.method.rest_of(self.model.facts)
+        rest = self.model.facts.rest_for(self.method.start)
         if rest is None:
             return {}
         index = {name: k for k, name in enumerate(self.model.parameters)}

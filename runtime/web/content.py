@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,11 +11,12 @@ from bgc.building.built import Places
 from bgc.diagnostics.catalogue.arguments import device_not_opened
 from bgc.diagnostics.catalogue.live_pages import solver_not_in_page
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.solver import Solver
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.devices import Choices, DeviceChoice
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.poses import FED
-from bgc.runtime.running.run import Method
+from bgc.runtime.running.run import option_values, with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
 from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.page import data_url
@@ -41,13 +41,13 @@ def run_settings(model: LoadedModel) -> tuple[Content, tuple[Diagnostic, ...]]:
     if method.name in BACKENDS:
         raise BgError([solver_not_in_page(method.name, model.solvers)])
     if model.facts.duration:
-        method = method.with_capped_step(times_of(model, method), model.facts.timed)
+        method = with_capped_step(method, times_of(model, method), model.facts.timed)
     drivers = _drivers(model)
     start = _start(model, method, drivers)  # refuses files that are not a recorded motion
     instance = model.parameters.instance({})
     settings = {
         "method": method.name,
-        "options": _options(method, bool(model.accounts)),
+        "options": list(option_values(method, bool(model.accounts)).values()),
         "every": model.facts.every,
         "speed": usual_speed(model.facts.duration),
         "given": _indexed(model, model.parameters.given({})),
@@ -74,13 +74,6 @@ def page_content(
         "module": packed(module),
         "faults": fault_messages(model, places),
     }
-
-
-def _options(method: Method, accounts: bool) -> list[float]:
-    """The numbers of `begin` in web.c."""
-    fields = asdict(method)
-    names = ("rtol", "atol", "step", "max_step", "max_steps", "keep")
-    return [*(fields[name] for name in names), int(accounts), method.substeps]
 
 
 def _indexed(model: LoadedModel, values: Mapping[str, float]) -> list[tuple[int, float]]:
@@ -131,17 +124,16 @@ def _replaced(model: LoadedModel, drivers: Sequence[Mapping[str, str]]) -> Choic
     }
 
 
-def _start(model: LoadedModel, method: Method, drivers: list[dict[str, str]]) -> Content | None:
+def _start(model: LoadedModel, method: Solver, drivers: list[dict[str, str]]) -> Content | None:
     """The state of a start that is searched for, and the parameters that it varies.
 
     None where the start follows from the parameters. The model is started in any case, so that a
     scene that cannot start is refused here and not in the page.
     """
     choices = _replaced(model, drivers)
-    rest = method.rest_of(model.facts)
+    rest = model.facts.rest_for(method.start)
     with model.started(method, bool(model.accounts), devices=choices) as instance:
-        settled = method.settle > 0 or model.facts.solver.settle > 0
-        if rest is None and not settled:
+        if rest is None and not (method.settle or model.facts.solver.settle):
             return None
         names = list(model.parameters)
         varied = [names.index(name) for name in (rest.vary if rest is not None else ())]

@@ -16,6 +16,7 @@ from bgc.diagnostics.catalogue.live_pages import page_needs_zig, page_not_compil
 from bgc.diagnostics.diagnostic import BgError
 from bgc.emission.amalgamate import joined
 from bgc.emission.emit import EmittedModel, emit_lowered
+from bgc.runtime.running.structures import C_OPTIONS
 
 DRIVERS: Final = ("pointer", "spring_hand", "trace")
 """The drivers of a module: a page has neither sockets nor libraries of devices."""
@@ -28,6 +29,7 @@ _HEAD = """\
 /* {name}: a model for a page, made by bgc. */
 #define BGC_GIVEN_TEXTS
 #define BGC_DRIVERS(DRIVER) {drivers}
+#define BGC_OPTIONS(number) {options}
 """
 # A reactor is a library with exports. The stack lies first, so that an overflow is a trap and does
 # not overwrite data. Memory grows on demand, without a limit of its own. Only functions marked
@@ -65,7 +67,18 @@ def module_source(emitted: EmittedModel, runtime_dir: Path, exports: str = RUN) 
     texts.append((exports, (runtime_dir / "web" / exports).read_text("utf-8")))
     listed = [name for name in DRIVERS if f"drivers/{name}" in kept]
     drivers = " ".join(f"DRIVER(bgc_{name}_driver)" for name in listed)
-    return _HEAD.format(name=emitted.name, drivers=drivers) + joined(texts, runtime_dir)
+    return _HEAD.format(name=emitted.name, drivers=drivers, options=_options()) + joined(
+        texts, runtime_dir
+    )
+
+
+def _options() -> str:
+    """Take the options of C from numbers in the order of `option_values`."""
+    kinds = {**{name: known.kind for name, known in C_OPTIONS.items()}, "accounts": int}
+    casts = {float: "", int: "(int)"}
+    return ", ".join(
+        f".{name} = {casts[kind]}(number)[{k}]" for k, (name, kind) in enumerate(kinds.items())
+    )
 
 
 def build_module(source: str, cache: Cache) -> bytes:

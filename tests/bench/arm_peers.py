@@ -34,9 +34,9 @@ from bgc.building.build import build_shared_object
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.emission.emit import emit_lowered
+from bgc.language.methods import SWITCHING_FIXED
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Library
-from bgc.runtime.running.methods import SWITCHING_FIXED
 from bgc.runtime.running.structures import Status
 
 _Doubles, _Ints = POINTER(c_double), POINTER(c_int)

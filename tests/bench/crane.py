@@ -25,6 +25,7 @@ import numpy as np
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
 from bgc.driver import Stages, compile_scene
+from bgc.language.methods import METHODS
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Library
@@ -96,7 +97,7 @@ def run(
     """A run from the start; rows of outputs, and what it cost."""
     assert made.reset() is Status.OK
     options = OptionsStruct(name=method.encode(), rtol=rtol, step=step, keep=keep)
-    if step > 0.0 and not made.library.methods[method].fixed:
+    if step > 0.0 and not METHODS[method].fixed:
         options.max_step, options.rtol = step, 1e9  # an adaptive method at a fixed step
     options.accounts = int(accounts)
     assert made.set_options(options) is Status.OK

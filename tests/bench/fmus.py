@@ -176,13 +176,14 @@ class Run:
 def native(path: Path, scene: str) -> Run:
     """Run a scene, with its devices."""
     import bgc
+    from bgc.runtime.running.run import with_capped_step
     from bgc.runtime.running.simulate import method_of, times_of
     from bgc.runtime.running.structures import Status
 
     model = bgc.compile(path, scene)
-    method, _ = method_of(model, None, {}, {})
+    method, _ = method_of(model)
     times = times_of(model, method)
-    method = method.with_capped_step(times, model.facts.timed)
+    method = with_capped_step(method, times, model.facts.timed)
     with model.started(method, bool(model.accounts)) as instance:
         rows = np.full((len(times), model.row_width), np.nan)
         if not model.library.model.n_device:

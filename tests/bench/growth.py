@@ -34,9 +34,9 @@ from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.emission.emit import emit_lowered
 from bgc.ir.lowered import Lowered
+from bgc.language.methods import SWITCHING
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Library, backend_run
-from bgc.runtime.running.methods import SWITCHING
 from bgc.runtime.running.structures import Status
 
 # The models, the ends of their runs in s, and what CVODE's time over ours has to reach.

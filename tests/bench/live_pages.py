@@ -24,6 +24,7 @@ from playwright.sync_api import Browser, sync_playwright
 from bgc.options import Options
 from bgc.resolution.library import library_folder
 from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
 from bgc.runtime.web.export import live_page
 
@@ -74,7 +75,7 @@ def difference(file: Path, scene: str, times: np.ndarray, rows: np.ndarray) -> f
     model = load_model(file, Options(scene, shapes=True))
     method, _ = method_of(model)
     if model.facts.duration:
-        method = method.with_capped_step(times_of(model, method), model.facts.timed)
+        method = with_capped_step(method, times_of(model, method), model.facts.timed)
     native = np.full((len(times), model.row_width), np.nan)
     with model.started(method, bool(model.accounts)) as instance:
         status, count = instance.run(times, native)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bgc.language.solver import Solver
 from bgc.runtime.measuring.timed import timed_run
-from bgc.runtime.running.run import Method
 
 SOLVERS = ("rodas5p", "rodas4p2", "radau5", "dopri5")
 
@@ -71,7 +71,7 @@ def test_a_long_run_balances_within_the_tolerance(load, solver, rtol):
 
 def test_a_balance_that_stays_small_costs_no_steps(load):
     """radau5 leaves little by itself: its steps are those of a run that keeps no books."""
-    model, method = load("accounts", "shaken"), Method("radau5", fixed=False, rtol=1e-6)
+    model, method = load("accounts", "shaken"), Solver("radau5", rtol=1e-6)
     times = np.linspace(0, 200, 21)
     with_accounts, without = (
         timed_run(model, method, times, accounts=accounts, limit=60).counts["steps"]

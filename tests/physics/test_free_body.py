@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bgc.language.solver import Solver
 from bgc.runtime.running.failures import SimulationError
-from bgc.runtime.running.run import Method
 from bgc.runtime.running.structures import Status
 
 
@@ -30,7 +30,7 @@ def test_the_quaternion_has_length_one_after_every_step(load):
     model = load("tumbling", "quaternion")
     attitude = [k for k, state in enumerate(model.states) if ".attitude." in state.name]
     row = np.empty((1, len(model.measured)))
-    with model.started(Method("ros23", fixed=True, step=0.05), False) as instance:
+    with model.started(Solver("ros23", step=0.05), False) as instance:
         for step in range(1, 41):
             assert instance.run(np.array([0.05 * step]), row)[0] is Status.OK
             assert np.linalg.norm(instance.state[attitude]) == pytest.approx(1, abs=1e-15)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bgc.runtime.running.run import Method, set_method
+from bgc.language.solver import Solver
+from bgc.runtime.running.run import set_method
 
 SCENES = [  # and the factor of all parameters in the earlier run
     ("four_bar", "all_rigid", 0.7),
@@ -24,7 +25,7 @@ def rows_and_counts(instance, times, width):
 
 
 @pytest.mark.parametrize(("name", "scene", "factor"), SCENES)
-@pytest.mark.parametrize("method", [Method("rodas5p", False), Method("ros34prw", True, step=2e-3)])
+@pytest.mark.parametrize("method", [Solver("rodas5p"), Solver("ros34prw", step=2e-3)])
 def test_a_run_after_a_reset_has_the_bits_of_a_new_instance(load, name, scene, factor, method):
     model = load(name, scene)
     times = np.linspace(0.0, 0.2, 5)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from method_rows import MethodStruct
 
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
@@ -22,7 +23,7 @@ STRUCTURES: dict[str, Any] = {
     "bgc_channel_use": structures.ChannelUse,
     "bgc_device_info": structures.DeviceInfo,
     "bgc_switch_info": structures.SwitchInfo,
-    "bgc_method_info": structures.MethodStruct,
+    "bgc_method_info": MethodStruct,
     "bgc_options": structures.OptionsStruct,
     "bgc_counts": structures.CountsStruct,
     "bgc_model": structures.ModelStruct,

@@ -6,12 +6,10 @@ import pytest
 from refusals import refusal
 
 import bgc
-from bgc.building.build import method_names
 from bgc.building.built import Place, Places
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import check_source
 from bgc.runtime.running.failures import explain
-from bgc.runtime.running.methods import known_methods
 from bgc.runtime.running.structures import Status
 
 MODEL = SimpleNamespace(
@@ -156,7 +154,3 @@ def test_a_check_knows_the_methods_of_a_run(tmp_path, solver):
     )
     found = [(d.code, d.span.text) for d in check_source(path)]
     assert found == ([] if solver in ("auto", "rk4", "cvode") else [("BG071", f"solver {solver}")])
-
-
-def test_the_checked_methods_are_those_of_the_runtime():
-    assert list(method_names()) == [method.name for method in known_methods()]

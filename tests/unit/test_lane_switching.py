@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import bgc
+from bgc.language.methods import SWITCHING, SWITCHING_FIXED
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.running import batches
-from bgc.runtime.running.methods import SWITCHING, SWITCHING_FIXED
 
 # Oscillators of van der Pol, each of which pulls at all others, so that explicit steps cost half.
 # The first may meet a wall, and `late` becomes fast, if at all, while the run goes on.

@@ -19,6 +19,7 @@ from bgc.options import Options
 from bgc.resolution.library import library_folder
 from bgc.runtime.cli.app import application
 from bgc.runtime.running.failures import explain
+from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.running.structures import Status
 from bgc.runtime.web import export, gallery
@@ -113,7 +114,7 @@ def test_a_file_runs_its_model_without_a_network(browser, live, model):
     times = [0.05 * k for k in range(101)]
     done = view.ask(f"bgcView.source.simulate({times})")
     native = np.full((101, model.row_width), np.nan)
-    with model.started(method_of(model)[0].with_capped_step(np.array(times), True), False) as run:
+    with model.started(with_capped_step(method_of(model)[0], np.array(times), True), False) as run:
         assert run.run(np.array(times), native) == (Status.OK, 101)
     rows = np.array(done["rows"])
     assert np.ptp(native[:, 0]) > 0.3  # the recorded motion moves it, from its start at rest
@@ -236,7 +237,7 @@ def test_the_page_of_the_papers_crane_is_below_a_megabyte(browser, tmp_path):
     done = view.ask(f"bgcView.source.simulate({times})")
     crane = bgc.compile(file, scene="two_beam_crane", shapes=True)
     native = np.full((101, crane.row_width), np.nan)
-    method = method_of(crane)[0].with_capped_step(np.array(times), True)
+    method = with_capped_step(method_of(crane)[0], np.array(times), True)
     with crane.started(method, bool(crane.accounts)) as run:
         assert run.run(np.array(times), native) == (Status.OK, 101)
     assert np.ptp(native, axis=0).max() > 0.1

@@ -36,10 +36,10 @@ from bgc.diagnostics.diagnostic import BgError, Severity
 from bgc.grammar.syntax import Part, Port, Value
 from bgc.grammar.words import RESERVED, SCENE_WORDS, WORDS
 from bgc.language.elements import ELEMENTS
+from bgc.language.methods import METHODS
 from bgc.resolution.modules import ancestors
 from bgc.resolution.resolve import library_folder, library_modules, load_text
 from bgc.runtime.cli.app import application
-from bgc.runtime.running.methods import known_methods
 from bgc.values import units
 from bgc.values.functions import BUILTINS
 
@@ -253,7 +253,7 @@ def findable() -> set[str]:
 
 def methods() -> set[str]:
     """The names of the integration methods, those of backends among them."""
-    return {*(method.name for method in known_methods()), *BACKENDS}
+    return {*(method.name for method in METHODS.values()), *BACKENDS}
 
 
 @pytest.mark.parametrize(
@@ -283,7 +283,7 @@ def table_after(heading: str) -> list[list[str]]:
 
 def test_methods_are_listed_with_their_steps_and_orders():
     listed = {row[0].strip("`"): (row[1], row[2]) for row in table_after("# Solvers")}
-    for method in known_methods():
+    for method in METHODS.values():
         steps = "fixed" if method.fixed else "adaptive"
         assert listed[method.name] == (steps, str(method.order))
 

@@ -152,7 +152,7 @@ def test_tolerances_and_steps_of_the_scene_are_those_of_its_kind(
     library, own, options, other, expected
 ):
     facts = RunFacts("s", "M", ("q",), solver=Solver(own, **options), step=0.01)
-    method = choose_method(Library(library), facts, other)
+    method = choose_method(Library(library), facts, Solver(other))
     assert {name: getattr(method, name) for name in expected} == expected
 
 

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from method_rows import MethodStruct
 
-from bgc.runtime.running.methods import known_methods
-from bgc.runtime.running.structures import MethodStruct, Status
+from bgc.language.methods import METHODS
+from bgc.runtime.running.structures import Status
 
-METHODS = {method.name: method for method in known_methods()}
 ORDER = {name: method.order for name, method in METHODS.items()}
 ADAPTIVE = tuple(name for name, method in METHODS.items() if not method.fixed)
-STIFF = tuple(name for name in ADAPTIVE if METHODS[name].jacobian)
+STIFF = tuple(name for name in ADAPTIVE if METHODS[name].family.jacobian)
 IMPLICIT = tuple(
     name
     for name, method in METHODS.items()
-    if method.fixed and method.jacobian and "Gauss" not in method.family
+    if method.fixed and method.family.jacobian and "Gauss" not in method.family.name
 )
 TRANSISTOR_END = (  # Test Set for IVP Solvers, at t = 0.2
     -0.5562145012262709e-2,

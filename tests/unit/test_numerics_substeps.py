@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bgc.runtime.running.methods import known_methods
+from bgc.language.methods import METHODS
 
-DIVISIBLE = tuple(method.name for method in known_methods() if method.embedded_order)
-STIFF = tuple(m.name for m in known_methods() if m.embedded_order and m.jacobian)
-WHOLE = tuple(method.name for method in known_methods() if not method.embedded_order)
+DIVISIBLE = tuple(method.name for method in METHODS.values() if method.embedded_order)
+STIFF = tuple(m.name for m in METHODS.values() if m.embedded_order and m.family.jacobian)
+WHOLE = tuple(method.name for method in METHODS.values() if not method.embedded_order)
 ENDS = np.linspace(0.1, 2.0, 20)
 
 

@@ -19,16 +19,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from bgc.runtime.running.methods import known_methods
+from bgc.language.methods import METHODS
 
 Floats = npt.NDArray[np.float64]
 Tree = tuple["Tree", ...]
 
-METHODS = tuple(method.name for method in known_methods())
-ROSENBROCK = tuple(method.name for method in known_methods() if method.family == "Rosenbrock")
-COLLOCATION = tuple(method.name for method in known_methods() if "colloc" in method.family)
-ADAPTIVE = tuple(m.name for m in known_methods() if not m.fixed and m.name not in COLLOCATION)
-DIVISIBLE = tuple(method.name for method in known_methods() if method.embedded_order)
+ROSENBROCK = tuple(method.name for method in METHODS.values() if method.family.name == "Rosenbrock")
+COLLOCATION = tuple(method.name for method in METHODS.values() if "colloc" in method.family.name)
+ADAPTIVE = tuple(m.name for m in METHODS.values() if not m.fixed and m.name not in COLLOCATION)
+DIVISIBLE = tuple(method.name for method in METHODS.values() if method.embedded_order)
 STIFFLY_ACCURATE = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "lie", "radau5")
 L_STABLE = (*ROSENBROCK, "radau5")
 TOLERANCE = 5e-11

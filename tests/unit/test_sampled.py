@@ -14,11 +14,12 @@ from bgc.building.recall import recall
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.grammar import syntax
+from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.printing.stages import show_equations
 from bgc.runtime.linearising.operating import OpenedModel
 from bgc.runtime.linearising.symbolic import transfer_at
-from bgc.runtime.running.run import Method, set_method
+from bgc.runtime.running.run import set_method
 
 MODELS = Path(__file__).parents[1] / "models"
 
@@ -127,7 +128,7 @@ def test_a_period_below_the_resolution_of_time_ends_the_run():
 @pytest.mark.parametrize("step", [None, 0.3e-3])
 def test_a_run_in_parts_has_the_same_bits(step):
     model = bgc.compile(MODELS / "sampled.bg", scene="control")
-    method = Method("rk4", True, step=step) if step else Method("rodas5p", False)
+    method = Solver("rk4", step=step) if step else Solver("rodas5p")
     times = np.array([0.0, 1e-3, 2e-3, 2e-3, 5.1e-3, 0.0144, 0.03])
     width = model.library.model.n_output
     found = []

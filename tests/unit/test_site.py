@@ -154,7 +154,7 @@ def test_pages_of_python_have_signatures_definitions_and_examples():
     pages = {page.path: "\n".join(page.lines) for page in python_pages()}
     text = pages["python/model.md"]
     assert "start: Literal['rest', 'given'] | None = None,\n" in text
-    assert "`solver`, `rtol`, `atol`, `step`, `max_step`\n:   Method and its options" in text
+    assert "`solver`\n:   Integration method" in text
     assert "[BG760](../diagnostics/bg750.md#bg760)" in text
     assert '```python\nresult = model.simulate("2 s", parameters={"R": "5 ohm"})\n' in text
     assert "doctest" not in text and ">>>" not in text

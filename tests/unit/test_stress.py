@@ -10,11 +10,11 @@ from click.testing import CliRunner
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
+from bgc.language.solver import Solver
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed import timed_run
-from bgc.runtime.running.run import Method
 from bgc.runtime.stress.drives import all_drives, read_drive
 from bgc.runtime.stress.judge import Judge, References, Verdict
 from bgc.runtime.stress.plot import draw
@@ -144,7 +144,7 @@ def test_ringing_at_the_start_by_its_closed_form():
 @pytest.mark.parametrize(("solver", "others"), [("rodas5p", "radau5"), ("radau5", "rodas5p")])
 def test_a_method_is_never_held_against_itself(solver, others):
     model = compile_model(MODELS, "circuit")
-    times, method = np.linspace(0, 10e-3, 201), Method(solver, fixed=False, rtol=1e-6)
+    times, method = np.linspace(0, 10e-3, 201), Solver(solver, rtol=1e-6)
     run = timed_run(model, method, times, accounts=False, limit=60)
     references = References()
     judgement = Judge(model, times, Accuracy(1e-3), 60, references).judge(run, method)

@@ -9,13 +9,8 @@ import numpy as np
 import pytest
 
 import bgc
+from bgc.language.methods import SWITCHING, SWITCHING_FIXED, default_method
 from bgc.runtime.results.summary import summarise
-from bgc.runtime.running.methods import (
-    SWITCHING,
-    SWITCHING_FIXED,
-    default_method,
-    known_methods,
-)
 from bgc.runtime.trade.trade import adaptive_and_fixed
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -235,5 +230,5 @@ def test_a_small_or_implicit_model_keeps_its_default() -> None:
     assert model.simulate().solver == "rodas5p"
     adaptive, fixed = adaptive_and_fixed(model, None)
     assert SWITCHING not in adaptive and SWITCHING_FIXED not in fixed
-    assert default_method(known_methods(), fixed=False, changes=True).name == SWITCHING
-    assert default_method(known_methods(), fixed=True, changes=True).name == SWITCHING_FIXED
+    assert default_method(fixed=False, changes=True) == SWITCHING
+    assert default_method(fixed=True, changes=True) == SWITCHING_FIXED

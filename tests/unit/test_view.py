@@ -13,6 +13,7 @@ from swing import begin_run, compile_swing, write_swing
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.solver import Solver
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view.description import describe_model, panels_of
 from bgc.runtime.view.history import History, as_rows
@@ -118,7 +119,7 @@ def test_a_live_run_knows_what_its_start_has_found(tmp_path):
 
 
 def test_an_interrupted_run_continues_behind_its_last_good_state(model):
-    fixed = LiveRun(model, method_of(model, "rk4", {"step": 1e-5})[0], {})
+    fixed = LiveRun(model, method_of(model, Solver("rk4", step=1e-5))[0], {})
     fixed.reset()
     threading.Timer(0.02, fixed.stop).start()
     rows, fault = fixed.advance(np.array([2000.0]))

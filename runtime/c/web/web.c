@@ -51,20 +51,10 @@ static void page_end(void) {
     page.state = page.input = NULL;
 }
 
-/* Makes an instance with the method of this name; numbers: rtol, atol, step, max_step, max_steps, keep, accounts,
- * substeps. */
+/* Makes an instance with the method of this name; the compiler defines BGC_OPTIONS, which takes each option
+ * from its place among the numbers. */
 EXPORTED("begin") int page_begin(const char *method, const double *number) {
-    const bgc_options options = {
-        .name = method,
-        .rtol = number[0],
-        .atol = number[1],
-        .step = number[2],
-        .max_step = number[3],
-        .max_steps = (long)number[4],
-        .keep = (int)number[5],
-        .accounts = (int)number[6],
-        .substeps = (int)number[7],
-    };
+    const bgc_options options = {.name = method, BGC_OPTIONS(number)};
 
     page_end();
     page.m = bgc_get_model();
