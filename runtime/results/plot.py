@@ -68,7 +68,7 @@ def picture(path: Target, width: float, height: float) -> Iterator[Picture]:
     """Give a figure in the style of all plots, to be drawn; then write it where a path is given.
 
     Width and height are in inches. The ending of the name is the kind of file; the same figure
-    gives the same bytes. Raises BgError: BG068 for another ending, BG055 where writing fails.
+    gives the same bytes. Raises BgError: BG070 for another ending, BG055 where writing fails.
     """
     kind = Path(path).suffix.lower() if path is not None else KINDS[0]
     if kind not in KINDS:

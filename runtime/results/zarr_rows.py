@@ -8,9 +8,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from bgc.diagnostics.catalogue.machine import cannot_write, package_missing
+from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import optional_package
 from bgc.runtime.results.row_files import MOST_ROWS, RowArray, RowFile
 
 _MARK = "bgc_rows"  # the attribute by which a group is known as one of these
@@ -29,10 +30,7 @@ class ZarrRows(RowFile):
 
         Raises BgError: BG058 without Zarr, BG055 where the path holds something else.
         """
-        try:
-            import zarr  # optional, and slow to load
-        except ImportError as problem:
-            raise BgError([package_missing("zarr", "a `.zarr` store", "cluster")]) from problem
+        zarr = optional_package("zarr", "a `.zarr` store", "cluster")
         if path.exists():
             _remove_earlier(zarr, path)
         self._path = path

@@ -18,11 +18,11 @@ from typing import Any
 
 from bgc.building.cache import digest_of_bytes
 from bgc.diagnostics.catalogue.ensembles import source_changed
-from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.catalogue.studies import cluster_unusable
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene, model_units
 from bgc.emission.emit import content_of
+from bgc.runtime.results.columns import optional_package
 from bgc.runtime.running.identity import bgc_version, device_files
 from bgc.runtime.running.many import Plan, lane_options
 from bgc.runtime.studies.chunks import BATCH, Chunk, Waiting, refused
@@ -60,10 +60,7 @@ def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
 
     Raises BgError: BG058 without Dask, BG799 where the scheduler or its workers cannot be used.
     """
-    try:
-        from distributed import Client, as_completed  # optional, and slow to load
-    except ImportError as problem:
-        raise BgError([package_missing("distributed", "`--scheduler`", "cluster")]) from problem
+    distributed = optional_package("distributed", "`--scheduler`", "cluster")
     if not waiting:
         return
     shipped = ship(plan)
@@ -72,9 +69,8 @@ def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
         # Dask's client would be left half made, and end with a traceback 20 s later.
         reason = "it is not of the form tcp://HOST:PORT"
         raise BgError([cluster_unusable(address, reason, "write it as `dask scheduler` prints it")])
-    connect: Any = Client  # without types
     try:
-        client = connect(address, timeout=_TIMEOUT, set_as_default=False)
+        client = distributed.Client(address, timeout=_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as problem:
         silent = isinstance(problem, OSError | TimeoutError)
         reason = "it does not answer" if silent else str(problem)
@@ -85,7 +81,7 @@ def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
             client.wait_for_workers(1, timeout=_TIMEOUT)
         except TimeoutError as problem:
             raise BgError([cluster_unusable(address, "it has no workers")]) from problem
-        yield from _results(plan, shipped, client, as_completed, waiting, address)
+        yield from _results(plan, shipped, client, distributed.as_completed, waiting, address)
     finally:
         with suppress(Exception):  # the scheduler may have gone
             client.close(timeout=1)
