@@ -2,13 +2,11 @@
 
 from typing import Annotated
 
-import click
-
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.tables import as_json, tables
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Budget, Duration, Json, SceneOptions
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, print_text
 
 
 @command()
@@ -19,7 +17,7 @@ def activity(
         float,
         option(
             "Share of the activity up to which to try leaving a part out.",
-            type=click.FloatRange(0, 1),
+            within=(0, 1),
             default=0.01,
             show_default=True,
         ),
@@ -52,6 +50,6 @@ def activity(
         progress=not quiet,
     )
     if json:
-        click.echo(as_json(report))
+        print_text(as_json(report))
     else:
         print_tables(tables(report, elements))

@@ -1,7 +1,5 @@
 """The group of commands; errors become messages and exit statuses."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys
@@ -21,7 +19,7 @@ from bgc.runtime.cli.printing import (
     DONE,
     INTERRUPTED,
     print_diagnostics,
-    printable,
+    print_text,
 )
 from bgc.runtime.cli.signals import Caught
 from bgc.runtime.cli.streams import discard_output
@@ -101,7 +99,8 @@ class Application(click.Group):
             status = AT_FAULT
         except (OSError, MemoryError) as problem:
             discard_output()
-            _show_traceback()
+            if os.environ.get("BGC_DEBUG"):
+                traceback.print_exc()
             print_diagnostics([_refused(problem)])
             status = AT_FAULT
         except Exception as problem:
@@ -128,13 +127,32 @@ def application(context: click.Context, version: bool, as_json: bool) -> None:
     if as_json and not version:
         raise click.UsageError("--json needs --version")
     if version:
-        # Metadata of the installation takes 20 ms to import.
-        from bgc.runtime.cli.version import version_text
-
-        click.echo(version_text(as_json))
+        click.echo(_version(as_json))
         context.exit()
     if context.invoked_subcommand is None:
         raise click.UsageError("Missing command.")
+
+
+def _version(as_json: bool) -> str:
+    """Write `bgc, version 1.2.3`, or JSON for programs.
+
+    The JSON object has `version`, that of the package; `abi`, the interface between compiled models
+    and the runtime; `python` and `platform`.
+    """
+    # Metadata of the installation takes 20 ms to import.
+    import json
+    import platform
+    from importlib import metadata
+
+    from bgc.runtime.running.structures import ABI
+
+    facts = {
+        "version": metadata.version("bgc-lang"),
+        "abi": ABI,
+        "python": platform.python_version(),
+        "platform": f"{platform.system().lower()}-{platform.machine().lower()}",
+    }
+    return json.dumps(facts) if as_json else f"bgc, version {facts['version']}"
 
 
 def _refused(problem: OSError | MemoryError) -> Diagnostic:
@@ -151,20 +169,13 @@ def _refused(problem: OSError | MemoryError) -> Diagnostic:
     return system_refuses(problem.strerror or str(problem), str(problem.filename or ""))
 
 
-def _show_traceback() -> bool:
-    """Print the traceback if BGC_DEBUG is set."""
-    if os.environ.get("BGC_DEBUG"):
-        traceback.print_exc()
-        return True
-    return False
-
-
 def _report_bug(problem: Exception) -> int:
     """Report an error of bgc itself, with the traceback if BGC_DEBUG is set."""
-    if not _show_traceback():
-        kind = type(problem).__name__
-        click.echo(printable(f"this is a bug in bgc: {kind}: {problem}"), err=True)
-        click.echo(
+    if os.environ.get("BGC_DEBUG"):
+        traceback.print_exc()
+    else:
+        print_text(
+            f"this is a bug in bgc: {type(problem).__name__}: {problem}\n"
             "please report it with the model and the output under BGC_DEBUG=1",
             err=True,
         )

@@ -15,7 +15,6 @@ from bgc.runtime.cli.linear_options import (
     LinearOptions,
     Low,
     in_loop,
-    require_one,
 )
 from bgc.runtime.cli.options import PICTURE, Inputs, Outputs
 from bgc.runtime.cli.printing import print_tables, print_written, write_rows
@@ -47,11 +46,8 @@ def bode(
     device. Several inputs and outputs, and vectors, give a curve for each pair.
     """
     require(inputs and outputs, "give an --input and an --output")
-    linear = model.linear(inputs, outputs)
-    if gain is not None or closed:
-        require_one("input", ", ".join(inputs), linear.inputs)
-        require_one("output", ", ".join(outputs), linear.outputs)
-        linear = in_loop(linear, gain, closed)
+    found = model.linear(inputs, outputs)
+    linear = in_loop(found, ", ".join(inputs), ", ".join(outputs), gain, closed)
     responses = _responses(linear, low, high)
     if out is not None:
         write_rows(out, _rows(responses))

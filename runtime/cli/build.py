@@ -1,16 +1,13 @@
 """Run 9: compile a scene to C, to a shared object or to an FMU."""
 
-import os
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
-import click
-
 from bgc.runtime.cli.command import Declared, OptionGroup, command, option, require, signature
 from bgc.runtime.cli.options import SceneOptions, Strict, Verify, Whole
-from bgc.runtime.cli.printing import print_diagnostics
+from bgc.runtime.cli.printing import print_diagnostics, print_paths, print_text
 from bgc.runtime.results.files import write_files
 from bgc.runtime.targets.target import TARGETS, Order, documentation, targets_taking
 
@@ -45,9 +42,7 @@ def build(
     verify: Verify,
     target: Annotated[
         str,
-        option(
-            f"{documentation()}.", type=click.Choice([*TARGETS]), default="so", show_default=True
-        ),
+        option(f"{documentation()}.", choices=TARGETS, default="so", show_default=True),
     ],
     out: Annotated[
         str,
@@ -77,13 +72,12 @@ def build(
     made = TARGETS[target].make(Order(scene.file, options, **more.given))
     print_diagnostics(made.warnings)
     if timings and made.seconds:
-        click.echo(_table(made.seconds), err=True)
+        print_text(_table(made.seconds), err=True)
     if out == "-":
-        click.echo(next(iter(made.files.values())), nl=False)
-        return
-    for path in write_files(Path(out), {**made.files, **made.companions}):
-        if path.name in made.files:
-            click.echo(os.fsencode(path))
+        print_text(next(iter(made.files.values())).decode())
+    else:
+        paths = write_files(Path(out), {**made.files, **made.companions})
+        print_paths(path for path in paths if path.name in made.files)
 
 
 def _table(seconds: Mapping[str, float]) -> str:

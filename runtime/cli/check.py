@@ -2,14 +2,12 @@
 
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.driver import check_source
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.completion import scenes_of
 from bgc.runtime.cli.options import Files, Strict, Verify
-from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 
 
 @command()
@@ -42,7 +40,7 @@ def check(
     errors, warnings = kinds.count(Severity.ERROR), kinds.count(Severity.WARNING)
     counts = ((len(files), "file"), (errors, "error"), (warnings, "warning"))
     shown = [f"{number or 'no'} {noun}{'' if number == 1 else 's'}" for number, noun in counts]
-    click.echo(f"{shown[0]}: {', '.join(shown[1:])}", err=True)
+    print_text(f"{shown[0]}: {', '.join(shown[1:])}", err=True)
     return AT_FAULT if errors else 0
 
 

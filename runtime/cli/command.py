@@ -8,7 +8,7 @@ receives converted values, and returns the exit status where it is not 0.
 """
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -35,8 +35,33 @@ class Declared:
     settings: Mapping[str, Any]
 
 
-def option(text: str, *flags: str, **settings: Any) -> Declared:
-    """Declare an option: its help, its flags if not `--name`, and settings of `click.Option`."""
+def option(
+    text: str,
+    *flags: str,
+    within: tuple[int, int | None] | None = None,
+    choices: Iterable[str] = (),
+    **settings: Any,
+) -> Declared:
+    """Declare an option.
+
+    Parameters
+    ----------
+    text
+        Its help.
+    flags
+        Its flags; by default `--name`.
+    within
+        The least and the largest value of a number.
+    choices
+        The texts among which to choose, where the type is no `Literal`.
+    settings
+        Further arguments of `click.Option`.
+    """
+    if within is not None:
+        is_real = isinstance(settings.get("default"), float)
+        settings["type"] = click.FloatRange(*within) if is_real else click.IntRange(*within)
+    if choices:
+        settings["type"] = click.Choice(tuple(choices))
     return Declared(click.Option, flags, {"help": text, **settings})
 
 
@@ -56,10 +81,13 @@ def command(**settings: Any) -> Callable[[Callable[..., int | None]], click.Comm
     return make
 
 
-def require(condition: object, message: str) -> None:
-    """Refuse a wrong usage of a command (exit status 2) unless a condition holds."""
+def require(condition: object, problem: str | Diagnostic) -> None:
+    """Refuse the arguments of a command unless a condition holds.
+
+    A text is a wrong usage (exit status 2), a diagnostic an error of the user's files (1).
+    """
     if not condition:
-        raise click.UsageError(message)
+        raise click.UsageError(problem) if isinstance(problem, str) else BgError([problem])
 
 
 def signature(rows: Mapping[str, tuple[Any, Declared]]) -> inspect.Signature:
@@ -157,8 +185,7 @@ class Pair(click.ParamType[Any]):
         """Separate a text at the first equals sign, or at the last sign of another kind."""
         found = value.partition("=") if self._sign == "=" else value.rpartition(self._sign)
         first, _, second = (part.strip() for part in found)
-        if not (first and second):
-            raise BgError([self._refused(value)])
+        require(first and second, self._refused(value))
         return first, second
 
 
@@ -173,11 +200,9 @@ class Target(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Refuse a file of another kind, or in a missing directory, before any work is done."""
         path = Path(value)
-        special = path.exists() and not path.is_file()
-        if value in self._kinds:
-            return value
-        if path.suffix.lower() not in self._kinds and not special:
-            raise BgError([unknown_file_kind(value, self._kinds)])
-        if not path.absolute().parent.is_dir():
-            raise BgError([cannot_write(value, "there is no such directory")])
+        is_known = value in self._kinds or path.suffix.lower() in self._kinds
+        is_special = path.exists() and not path.is_file()
+        require(is_known or is_special, unknown_file_kind(value, self._kinds))
+        is_placed = path.absolute().parent.is_dir()
+        require(is_placed, cannot_write(value, "there is no such directory"))
         return value

@@ -1,16 +1,14 @@
 """Measure 1: show what a scene costs, what was left out, what variants cost."""
 
-import json as json_text
+import json as json_format
 from dataclasses import asdict
 from typing import Annotated, Any
-
-import click
 
 from bgc.emission.cost import Cost
 from bgc.printing.tables import Table
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Json, SceneOptions
-from bgc.runtime.cli.printing import print_diagnostics, print_tables
+from bgc.runtime.cli.printing import print_diagnostics, print_tables, print_text
 from bgc.runtime.measuring.cost import CostReport, cost_report
 from bgc.slicing.report import dropped_lines, folded_lines
 
@@ -30,7 +28,7 @@ def cost(
         int,
         option(
             "Largest number of variants to try.",
-            type=click.IntRange(min=0),
+            within=(0, None),
             default=60,
             show_default=True,
             metavar="N",
@@ -46,7 +44,7 @@ def cost(
     report = cost_report(scene.file, scene.options(), variants, progress=not quiet)
     print_diagnostics(report.warnings)
     if json:
-        click.echo(json_text.dumps(_as_json(report), indent=2))
+        print_text(json_format.dumps(_as_json(report), indent=2))
     else:
         print_tables(_tables(report))
 

@@ -4,13 +4,11 @@ import shutil
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from bgc.building.build import runtime_directory
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.command import command, option
-from bgc.runtime.cli.printing import hanging
+from bgc.runtime.cli.printing import hanging, print_text
 from bgc.runtime.realtime.found import Finding, find_all
 
 _INDENT = 23  # characters before a text
@@ -28,9 +26,9 @@ def devices(
     Checks the manufacturers' libraries, USB devices, udev rules and permissions.
     """
     if example is not None:
-        click.echo(_write_example(example))
+        print_text(_write_example(example))
     else:
-        click.echo("\n".join(map(_line, find_all())))
+        print_text("\n".join(map(_line, find_all())))
 
 
 def _line(finding: Finding) -> str:

@@ -1,10 +1,7 @@
 """Write and check 5: look up elements, functions, library parts, diagnostics ..."""
 
-import os
 from pathlib import Path
 from typing import Annotated
-
-import click
 
 from bgc.diagnostics.catalogue.reference import not_in_file
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -12,7 +9,7 @@ from bgc.reference.entry import Group
 from bgc.reference.index import GROUPS, GUIDES, answer, contents
 from bgc.reference.parts import declaration_entry, file_entry
 from bgc.runtime.cli.command import argument, command, option, require
-from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_paths
 from bgc.runtime.documents import methods
 from bgc.runtime.documents.terminal import print_entries
 
@@ -99,7 +96,6 @@ def _write_gallery(names: tuple[str, ...], folder: Path) -> int:
 
     failed: list[Diagnostic] = []
     files = [Path(name) for name in names] or library_files()
-    for path in write_gallery(files, folder, lambda problem: failed.extend(problem.diagnostics)):
-        click.echo(os.fsencode(path))
+    print_paths(write_gallery(files, folder, lambda why: failed.extend(why.diagnostics)))
     print_diagnostics(failed)
     return AT_FAULT if failed else 0

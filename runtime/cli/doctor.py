@@ -13,13 +13,11 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 from pathlib import Path
 
-import click
-
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.command import command
-from bgc.runtime.cli.printing import AT_FAULT, hanging
+from bgc.runtime.cli.printing import AT_FAULT, hanging, print_text
 
 _DISTRIBUTION = "bgc-lang"
 
@@ -63,7 +61,7 @@ def doctor() -> int:
     The exit status is 1 where something needed is missing.
     """
     findings = examine()
-    click.echo(report(findings))
+    print_text(report(findings))
     return 0 if is_well(findings) else AT_FAULT
 
 

@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.ir.program import Program
 from bgc.printing.latex import latex_equations
@@ -13,7 +11,12 @@ from bgc.printing.tables import Table
 from bgc.runtime.cli.command import Pair, Target, command, option, require
 from bgc.runtime.cli.linear_options import LinearOptions
 from bgc.runtime.cli.options import Inputs, Outputs, PointOptions, SceneOptions
-from bgc.runtime.cli.printing import print_diagnostics, print_tables, text_width
+from bgc.runtime.cli.printing import (
+    print_diagnostics,
+    print_tables,
+    print_text,
+    text_width,
+)
 from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
 
 _LINES = 300  # of equations that are printed without --full
@@ -72,7 +75,7 @@ def equations(
     else:
         program = scene.stages("optimise").optimised
         if latex:
-            click.echo(latex_equations(program, symbol_names(program)), nl=False)
+            print_text(latex_equations(program, symbol_names(program)))
         else:
             _print_equations(program, full)
 
@@ -82,7 +85,7 @@ def _print_equations(program: Program, full: bool) -> None:
     text = show_equations(program) or "no states, and nothing is observed\n"
     length = text.count("\n")
     if full or length <= _LINES:
-        click.echo(text, nl=False)
+        print_text(text)
         return
     states = tuple((s.name, s.unit, s.kind) for s in program.states)
     observed = tuple((o.name, o.unit) for o in program.observations)
@@ -114,11 +117,11 @@ def _print_transfers(
         if k == 0:
             print_diagnostics(warnings)
         else:
-            click.echo()
+            print_text("\n")
         if latex:
-            click.echo(transfer_latex(function, values, full), nl=False)
+            print_text(transfer_latex(function, values, full))
         else:
-            click.echo("\n".join(transfer_lines(function, text_width(), full)) + "\n")
+            print_text("\n".join(transfer_lines(function, text_width(), full)) + "\n\n")
             print_tables(transfer_tables(function, values, full))
 
 
@@ -132,6 +135,6 @@ def _print_linear(
     linear = model.linear(inputs, outputs)
     print_tables(linear_tables(linear, full))
     if not linear.states and not linear.inputs:
-        click.echo("no states: give an `--input`, to see what an output owes to it")
+        print_text("no states: give an `--input`, to see what an output owes to it")
     if out is not None:
         (write_npz if Path(out).suffix.lower() == ".npz" else write_csv)(linear, Path(out))

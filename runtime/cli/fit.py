@@ -2,8 +2,6 @@
 
 from typing import Annotated, Literal
 
-import click
-
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import PICTURE, TABLE, MethodOptions, SceneOptions, assigned
 from bgc.runtime.cli.printing import AT_FAULT, attempt, report
@@ -61,7 +59,7 @@ def fit(
         int,
         option(
             "Start at the best of N points within the bounds.",
-            type=click.IntRange(min=1),
+            within=(1, None),
             default=1,
             metavar="N",
         ),

@@ -2,14 +2,17 @@
 
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.files import read_source
 from bgc.grammar.format import format_source
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Files
-from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, printable, write_file
+from bgc.runtime.cli.printing import (
+    AT_FAULT,
+    print_diagnostics,
+    print_text,
+    write_file,
+)
 
 
 @command()
@@ -30,7 +33,7 @@ def fmt(
             if not check:
                 write_file(file, canonical)
             done = "would reformat" if check else "reformatted"
-            click.echo(printable(f"{done} {file}"), err=True)
+            print_text(f"{done} {file}", err=True)
         except BgError as problem:
             problems.extend(problem.diagnostics)
     print_diagnostics(problems)

@@ -1,17 +1,13 @@
 """Understand 3: draw the bond graph with its causal strokes."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.catalogue.arguments import unknown_part
-from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.draw import View, lay_out, part_paths, to_dot
-from bgc.runtime.cli.command import Target, command, option
+from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import SceneOptions
-from bgc.runtime.cli.printing import write_file
+from bgc.runtime.cli.printing import print_paths, write_file
 
 
 @command()
@@ -28,7 +24,7 @@ def graph(
     ],
     depth: Annotated[
         int | None,
-        option("Draw parts below this level as one node each.", type=click.IntRange(min=0)),
+        option("Draw parts below this level as one node each.", within=(0, None)),
     ],
     collapsed: Annotated[
         tuple[str, ...],
@@ -42,8 +38,8 @@ def graph(
     target = Path(out or f"{scene.file.stem}.svg")
     causal = scene.stages("causality").causal
     parts = part_paths(causal.graph)
-    if unknown := [part for part in collapsed if part not in parts]:
-        raise BgError([unknown_part(unknown[0], parts)])
+    for part in collapsed:
+        require(part in parts, unknown_part(part, parts))
     text, kind = to_dot(causal, View(depth, collapsed)), target.suffix.lower()
     write_file(target, text if kind == ".dot" else lay_out(text, kind[1:]))
-    click.echo(os.fsencode(target))
+    print_paths([target])

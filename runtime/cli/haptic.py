@@ -6,12 +6,10 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
-
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
 from bgc.runtime.cli.options import ASSIGNED, SECONDS, Devices, SceneOptions, SolverOptions
-from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 from bgc.runtime.cli.realtime import LimitOptions, follow, print_couplings
 from bgc.runtime.cli.serving import announcing, prepare_serving, serving_beside
 from bgc.runtime.running.devices import read_choices
@@ -46,7 +44,7 @@ def haptic(
     view: Annotated[bool, option("Show the loop in the browser, in 3D with plots.")],
     port: Annotated[
         int,
-        option("Port of --view; a free one if omitted.", type=click.IntRange(0, 65535), default=0),
+        option("Port of --view; a free one if omitted.", within=(0, 65535), default=0),
     ],
     no_browser: Annotated[bool, option("Print the address of --view, open no browser.")],
     quiet: Annotated[bool, option("Show no live view and no report.", "--quiet", "-q")],
@@ -96,7 +94,7 @@ def haptic(
     refused = [] if menu is None else menu.refused
     print_diagnostics([*problem, *refused, *report.warnings(), *loop.warnings])
     if not quiet:
-        click.echo("\n".join(report.lines()))
+        print_text("\n".join(report.lines()))
     late = any(warning.code == "BG779" for warning in loop.warnings)
     return AT_FAULT if report.failed or late else 0
 

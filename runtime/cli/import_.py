@@ -3,13 +3,15 @@
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.catalogue.reference import file_exists
-from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import File
-from bgc.runtime.cli.printing import print_diagnostics, print_written, write_file
+from bgc.runtime.cli.printing import (
+    print_diagnostics,
+    print_text,
+    print_written,
+    write_file,
+)
 from bgc.runtime.importing.importing import Choices, import_text
 
 
@@ -40,13 +42,13 @@ def import_(
     bgc import ant.xml -o - | less
     """
     goal = Path(out or f"{file.stem}.bg")
-    if out != "-" and goal.exists() and not force:
-        raise BgError([file_exists(str(goal), "--force")])
+    is_free = out == "-" or force or not goal.exists()
+    require(is_free, file_exists(str(goal), "--force"))
     choices = Choices(dict(map(_folder, packages)), not no_limits, floating)
     imported = import_text(file, Path() if out == "-" else goal.parent, choices)
     print_diagnostics(imported.warnings)
     if out == "-":
-        click.echo(imported.text, nl=False)
+        print_text(imported.text)
     else:
         write_file(goal, imported.text)
         print_written(str(goal))

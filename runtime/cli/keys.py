@@ -1,7 +1,5 @@
 """Keys of a terminal while a command runs, and the scenes of `bgc haptic` that they choose."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import several_components
-from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.cli.command import OptionGroup, option
+from bgc.runtime.cli.command import OptionGroup, option, require
 from bgc.runtime.cli.options import Input, Output, PointOptions, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics
 from bgc.runtime.linear.feedback import close_loop, gain_unit, with_gain
@@ -59,18 +58,25 @@ class ChannelOptions(OptionGroup):
         linear = self.model.linear([self.input_], [self.output])
         require_one("input", self.input_, linear.inputs)
         require_one("output", self.output, linear.outputs)
-        return in_loop(linear, self.gain, closed)
+        return in_loop(linear, self.input_, self.output, self.gain, closed)
 
 
-def in_loop(linear: Linearisation, gain: str | None, closed: bool) -> Linearisation:
-    """Put the controller's gain before a model, and close the loop where that is asked for."""
+def in_loop(
+    linear: Linearisation, inputs: str, outputs: str, gain: str | None, closed: bool
+) -> Linearisation:
+    """Put the controller's gain before a model, and close the loop where that is asked for.
+
+    With a gain or a closed loop the model has one input and one output (BG084 where `inputs` or
+    `outputs`, as the user wrote them, are vectors).
+    """
     if gain is None and not closed:
         return linear
+    require_one("input", inputs, linear.inputs)
+    require_one("output", outputs, linear.outputs)
     factor = 1.0 if gain is None else read_quantity(gain, "--gain", gain_unit(linear))
     return close_loop(linear, factor) if closed else with_gain(linear, factor)
 
 
 def require_one(option: str, text: str, names: Sequence[str]) -> None:
     """Refuse a vector where one scalar is needed (BG084)."""
-    if len(names) != 1:
-        raise BgError([several_components(option, text, names)])
+    require(len(names) == 1, several_components(option, text, names))

@@ -3,13 +3,12 @@
 from pathlib import Path
 from typing import Annotated
 
-import click
 import numpy as np
 
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import LinearOptions
 from bgc.runtime.cli.options import PICTURE, TABLE
-from bgc.runtime.cli.printing import print_tables, print_written
+from bgc.runtime.cli.printing import print_tables, print_text, print_written
 from bgc.runtime.linear.tables import mode_table, write_modes
 
 
@@ -31,7 +30,7 @@ def modes(
     found = linear.modes()
     print_tables([mode_table(found, full)])
     if not found:
-        click.echo("no states, and so no modes")
+        print_text("no states, and so no modes")
     if out is not None:
         write_modes(found, Path(out))
     if plot is not None:

@@ -4,15 +4,12 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from bgc.diagnostics.catalogue.reference import bad_new_name, file_exists
-from bgc.diagnostics.diagnostic import BgError
 from bgc.grammar.words import RESERVED
 from bgc.language.elements import ELEMENTS
 from bgc.reference.library import declarations
-from bgc.runtime.cli.command import argument, command, option
-from bgc.runtime.cli.printing import write_file
+from bgc.runtime.cli.command import argument, command, option, require
+from bgc.runtime.cli.printing import print_text, write_file
 from bgc.runtime.documents.templates import render_template
 
 TEMPLATES = {
@@ -30,7 +27,7 @@ def new(
         str,
         option(
             "; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
-            type=click.Choice(list(TEMPLATES)),
+            choices=TEMPLATES,
             default="plain",
             show_default=True,
         ),
@@ -41,10 +38,9 @@ def new(
     NAME may begin with a folder that exists. A file is never replaced.
     """
     path = Path(name if name.endswith(".bg") else f"{name}.bg")
-    if not _NAME.fullmatch(path.stem) or path.stem in RESERVED:
-        raise BgError([bad_new_name(name, path.stem)])
-    if path.exists():
-        raise BgError([file_exists(str(path))])
+    is_name = _NAME.fullmatch(path.stem) and path.stem not in RESERVED
+    require(is_name, bad_new_name(name, path.stem))
+    require(not path.exists(), file_exists(str(path)))
     text = render_template(
         f"{template}.bg.j2", model=_model_name(path.stem), scene=path.stem, file=path.name
     )
@@ -57,7 +53,7 @@ def new(
     }
     width = max(map(len, steps))
     lines = (f"  {command:<{width}}  {purpose}" for command, purpose in steps.items())
-    click.echo("\n".join((f"{path}: {TEMPLATES[template]}", "next:", *lines)))
+    print_text("\n".join((f"{path}: {TEMPLATES[template]}", "next:", *lines)))
 
 
 def _model_name(stem: str) -> str:

@@ -2,8 +2,6 @@
 
 from typing import Annotated, Literal
 
-import click
-
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import PICTURE, TABLE, MethodOptions, SceneOptions
 from bgc.runtime.cli.printing import AT_FAULT, attempt, report
@@ -61,7 +59,7 @@ def optimise(
         int,
         option(
             "Start at the best of N designs within the bounds.",
-            type=click.IntRange(min=1),
+            within=(1, None),
             default=1,
             metavar="N",
         ),
@@ -70,7 +68,7 @@ def optimise(
         int,
         option(
             "End after N runs with the best design so far; 10,000 by default.",
-            type=click.IntRange(min=1),
+            within=(1, None),
             default=10_000,
             metavar="N",
         ),

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.devices import bad_device_option
-from bgc.diagnostics.diagnostic import BgError
 from bgc.language.records import Where, options_of
 from bgc.language.solver import Solver
 from bgc.options import Options
@@ -151,8 +150,8 @@ class PointOptions(OptionGroup):
 
     def __post_init__(self) -> None:
         require(self.at is None or not self.steady, "--at and --steady exclude each other")
-        if self.at is not None and self.at < 0:
-            raise BgError([bad_option("--at", self.at, "a time in seconds from the start on")])
+        at = self.at or 0.0
+        require(at >= 0, bad_option("--at", at, "a time in seconds from the start on"))
 
     @property
     def is_given(self) -> bool:

@@ -1,7 +1,5 @@
 """What commands print, write and return: tables, diagnostics, files, exit statuses."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os
@@ -128,23 +126,30 @@ def write_file(path: str | Path, content: str | bytes) -> None:
         aside.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+def print_text(text: str, err: bool = False) -> None:
+    """Print lines of text; the last one is ended where it is not."""
+    click.echo(printable(text), err=err, nl=bool(text) and not text.endswith("\n"))
+
+
+def print_paths(paths: Iterable[str | Path]) -> None:
+    """Print a line for each path, in the bytes of the file system."""
+    for path in paths:
+        click.echo(os.fsencode(path))
+
+
 def print_tables(tables: Iterable[Table]) -> None:
     """Print tables in order: with rules and colours on a terminal, else as text.
 
     A table without rows and note is left out.
     """
     plain = not sys.stdout.isatty() or os.environ.get("TERM") == "dumb"
-    first = True
-    for table in tables:
-        if not (table.rows or table.note):
-            continue
-        if not first:
+    for number, table in enumerate(each for each in tables if each.rows or each.note):
+        if number:
             click.echo()
         if plain:
             click.echo(table_text(table), nl=False)
         else:
             _print_rich(table)
-        first = False
 
 
 def print_written(*files: str | None) -> None:
@@ -152,9 +157,8 @@ def print_written(*files: str | None) -> None:
 
     The line goes to standard error where an option sends rows to standard output.
     """
-    names = [file for file in files if file and file != "-"]
-    if names:
-        click.echo(printable(f"wrote {' and '.join(names)}"), err="-" in files)
+    if names := [file for file in files if file and file != "-"]:
+        print_text(f"wrote {' and '.join(names)}", err="-" in files)
 
 
 def print_sentence(text: str) -> None:
@@ -163,9 +167,7 @@ def print_sentence(text: str) -> None:
         click.echo(text)
         return
     whole = _QUOTED.sub(lambda code: code[0].replace(" ", _NO_BREAK), text)
-    lines = textwrap.wrap(
-        whole, min(text_width(), _PIPE_WIDTH), break_long_words=False, break_on_hyphens=False
-    )
+    lines = _wrapped(whole, min(text_width(), _PIPE_WIDTH))
     click.echo("\n".join(lines).replace(_NO_BREAK, " "))
 
 
@@ -176,13 +178,12 @@ def hanging(first: str, text: str, indent: int) -> str:
     """
     if not sys.stdout.isatty():
         return first + text
-    lines = textwrap.wrap(
-        text,
-        max(text_width() - indent, _NARROWEST),
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    lines = _wrapped(text, max(text_width() - indent, _NARROWEST))
     return first + f"\n{'':{indent}}".join(lines)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def text_width() -> int:

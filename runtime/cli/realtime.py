@@ -3,10 +3,8 @@
 import sys
 from typing import TYPE_CHECKING, Any, Literal
 
-import click
-
 from bgc.runtime.cli.command import OptionGroup, Value, option, signature
-from bgc.runtime.cli.printing import print_diagnostics
+from bgc.runtime.cli.printing import print_diagnostics, print_text
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.report import Report
@@ -69,13 +67,13 @@ def print_couplings(loop: Realtime, quiet: bool) -> None:
     known = len(loop.warnings)
     lines = [coupling.line() for coupling in loop.couplings()]
     if not quiet and lines:
-        click.echo("\n".join(lines), err=True)
+        print_text("\n".join(lines), err=True)
     print_diagnostics(loop.warnings[known:])
     del loop.warnings[known:]
 
 
 def follow(loop: Realtime, quiet: bool, menu: "Menu | None" = None) -> Report:
-    """Run a loop until it ends or Ctrl-C ends it; return the final report.
+    """Run a loop until it ends or Ctrl-C ends it; print why it failed, return the final report.
 
     A terminal shows a view of it ten times a second, drawn off the loop, unless `quiet`. A second
     Ctrl-C does not wait until the force has fallen.

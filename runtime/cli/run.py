@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-import click
-
 from bgc.diagnostics.diagnostic import as_error
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import (
@@ -18,7 +16,13 @@ from bgc.runtime.cli.options import (
     Strict,
     Whole,
 )
-from bgc.runtime.cli.printing import AT_FAULT, INTERRUPTED, attempt, print_diagnostics
+from bgc.runtime.cli.printing import (
+    AT_FAULT,
+    INTERRUPTED,
+    attempt,
+    print_diagnostics,
+    print_text,
+)
 from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.summary import extremes, summarise
@@ -80,7 +84,7 @@ def run(
         result.plot(drawn, panels=panels or None)
     if not quiet:
         texts = filter(None, (summarise(result), extremes(result), _files(result, out, drawn)))
-        click.echo("\n".join(texts), err=out == "-")
+        print_text("\n".join(texts), err=out == "-")
     return status
 
 
@@ -107,7 +111,7 @@ def _in_real_time(
     report = follow(loop, quiet)
     print_diagnostics([report.problem] if report.problem is not None else [])
     if not quiet:
-        click.echo("\n".join(report.lines()), err=True)
+        print_text("\n".join(report.lines()), err=True)
     interrupted = INTERRUPTED if report.end is End.STOPPED else 0
     return loop.result(every or model.facts.every), AT_FAULT if report.failed else interrupted
 

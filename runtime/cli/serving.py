@@ -32,10 +32,9 @@ def run_until_signal(work: Coroutine[None, None, None]) -> None:
     async def cancelled_by_signals() -> None:
         loop, task = asyncio.get_running_loop(), asyncio.ensure_future(work)
         handlers = {}
-        for name in ENDING:
-            number = getattr(signal, name, None)
-            handler = None if number is None else signal.getsignal(number)
-            if number is None or not callable(handler):
+        for number in ENDING:
+            handler = signal.getsignal(number)
+            if not callable(handler):
                 continue  # ignored, or without a handler of this process
 
             def receive(number: int = number, handler: _Handler = handler) -> None:

@@ -2,11 +2,10 @@
 
 from typing import Annotated
 
-import click
-
 from bgc.printing.stages import PASSES, needed_for, show_pass
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import SceneOptions, Whole
+from bgc.runtime.cli.printing import print_text
 
 
 @command()
@@ -27,4 +26,4 @@ def show(
     """Print the result of one pass of the compiler for a scene of FILE."""
     chosen = next((known for known in PASSES if known == name), PASSES[0])
     require(chosen == name, f"there is no pass {name}; there are {', '.join(PASSES)}")
-    click.echo(show_pass(chosen, scene.stages(needed_for(chosen), whole=whole)), nl=False)
+    print_text(show_pass(chosen, scene.stages(needed_for(chosen), whole=whole)))

@@ -1,12 +1,12 @@
 """Signals that end a command."""
 
-from __future__ import annotations
-
 import signal
 from dataclasses import dataclass
 from types import FrameType
 
-ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C; a batch system; a terminal that was closed
+# Ctrl-C; a batch system; a terminal that was closed, which Windows does not signal.
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+ENDING = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
 @dataclass(slots=True)
@@ -32,9 +32,8 @@ def catch_signals() -> Caught:
         caught.number = caught.number or number
         raise KeyboardInterrupt
 
-    for name in ENDING:
-        number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, interrupt)
     if hasattr(signal, "SIGPIPE"):
         # `bgc run f.bg --out - | head` ends quietly, as other commands do.
@@ -50,7 +49,6 @@ def outlive_clients() -> None:
 
 def end_at_signals() -> None:
     """Let signals end the process at once: nothing is left to be written."""
-    for name in ENDING:
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)

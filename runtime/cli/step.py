@@ -4,9 +4,8 @@ import math
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import bad_duration
-from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.tables import Table
-from bgc.runtime.cli.command import Target, command, option
+from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.linear_options import Closed, Gain, LinearOptions, in_loop, require_one
 from bgc.runtime.cli.options import PICTURE, SECONDS, Input, Outputs
 from bgc.runtime.cli.printing import print_tables, print_written, save
@@ -35,13 +34,11 @@ def step(
     The scene is linearised at the initial state, at a time (--at) or in equilibrium (--steady);
     outputs are deviations from there. With --closed the step is that of the reference.
     """
-    if time is not None and not time > 0:
-        raise BgError([bad_duration(time)])
-    linear = model.linear([input_], outputs)
-    require_one("input", input_, linear.inputs)
-    if gain is not None or closed:
-        require_one("output", ", ".join(outputs) or "what the scene observes", linear.outputs)
-        linear = in_loop(linear, gain, closed)
+    require(time is None or time > 0, bad_duration(time or 0.0))
+    found = model.linear([input_], outputs)
+    require_one("input", input_, found.inputs)
+    named = ", ".join(outputs) or "what the scene observes"
+    linear = in_loop(found, input_, named, gain, closed)
     response = (impulse_response if impulse else step_response)(linear, time)
     title = f"unit {'impulse' if impulse else 'step'} of {response.input}"
     if out != "-":

@@ -1,7 +1,5 @@
 """Standard streams: repaired where the caller closed them, and written out at the end."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import suppress

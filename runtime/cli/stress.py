@@ -2,8 +2,6 @@
 
 from typing import Annotated
 
-import click
-
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import (
     PICTURE,
@@ -14,7 +12,7 @@ from bgc.runtime.cli.options import (
     Json,
     SceneOptions,
 )
-from bgc.runtime.cli.printing import AT_FAULT, print_tables, print_written
+from bgc.runtime.cli.printing import AT_FAULT, print_tables, print_text, print_written
 from bgc.runtime.stress.stress import stress as stress_map
 from bgc.runtime.stress.tables import as_json, summary, tables, write_csv
 
@@ -73,9 +71,9 @@ def stress(
         progress=not quiet,
     )
     if json:
-        click.echo(as_json(found))
+        print_text(as_json(found))
     elif quiet:
-        click.echo(summary(found))
+        print_text(summary(found))
     else:
         print_tables(tables(found))
     if out is not None:

@@ -4,7 +4,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated
 
-import click
 import numpy as np
 
 from bgc.printing.tables import Table
@@ -15,6 +14,7 @@ from bgc.runtime.cli.printing import (
     attempt,
     print_diagnostics,
     print_tables,
+    print_text,
     print_written,
     save,
 )
@@ -56,7 +56,7 @@ def sweep(
         int | None,
         option(
             "Take N points spread over all ranges instead of all combinations.",
-            type=click.IntRange(min=1),
+            within=(1, None),
             metavar="N",
         ),
     ],
@@ -64,7 +64,7 @@ def sweep(
         str,
         option(
             "How --sample spreads them; saltelli (N base points) is for Sobol indices.",
-            type=click.Choice(DESIGNS),
+            choices=DESIGNS,
             default="latin",
         ),
     ],
@@ -89,9 +89,7 @@ def sweep(
         str | None,
         option("Draw the observables, or all rows: .png, .svg, .pdf.", type=PICTURE),
     ],
-    kind: Annotated[
-        str | None, option("Kind of the plot of observables.", type=click.Choice(STUDY_KINDS))
-    ],
+    kind: Annotated[str | None, option("Kind of the plot of observables.", choices=STUDY_KINDS)],
     scheduler: Scheduler,
     method: MethodOptions,
     quiet: Annotated[bool, option("Print no summary and no progress bar.", "--quiet", "-q")],
@@ -123,7 +121,7 @@ def sweep(
         found.plot(drawn, **({"kind": kind} if kind else {}))
     tables: list[Table] = []
     if not quiet:
-        click.echo(_summary(found), err=out == "-")
+        print_text(_summary(found), err=out == "-")
         tables += found.statistics().tables() if observed and out != "-" else []
     if rank:
         tables += found.sensitivity().tables()
@@ -146,10 +144,8 @@ def _summary(found: Ensemble | Study) -> str:
     """Count the instances by their status, and say how they were run."""
     counts = {name: found.status.count(name) for name in dict.fromkeys(found.status)}
     ended = ", ".join(f"{count} {name}" for name, count in counts.items())
-    if isinstance(found, Ensemble):
-        undefined = len(found.not_finite)
-    else:
-        undefined = int((~np.isfinite(found.values[found.done]).all(axis=1)).sum())
+    values = found.values[found.done]
+    undefined = np.count_nonzero(~np.isfinite(values).all(axis=tuple(range(1, values.ndim))))
     ended += f"; {undefined} with values that are not finite" if undefined else ""
     earlier = f"; {found.recalled} of them before" if found.recalled else ""
     alone = f"; one by one: {found.alone}" if found.alone else ""

@@ -3,14 +3,13 @@
 import time
 from typing import Annotated
 
-import click
-
 from bgc.runtime.cli.command import Target, Values, command, option
 from bgc.runtime.cli.options import PICTURE, SECONDS, TABLE, Duration, SceneOptions
 from bgc.runtime.cli.printing import (
     attempt,
     print_sentence,
     print_tables,
+    print_text,
     print_written,
     save,
 )
@@ -105,9 +104,9 @@ def trade(
     if not quiet:
         print_tables(tables(found, everything))
         print_written(out, html, plot)
-        click.echo()
+        print_text("\n")
     for warning in found.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        print_text(f"warning: {warning}", err=True)
     print_sentence(found.sentence)
     if found.recommended is not None:  # on a line of its own, to be copied into the scene
-        click.echo(f"\n  {found.recommended.statement(found.target.settle)}")
+        print_text(f"\n  {found.recommended.statement(found.target.settle)}")

@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-import click
-
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import (
     Devices,
@@ -15,7 +13,7 @@ from bgc.runtime.cli.options import (
     Strict,
     Whole,
 )
-from bgc.runtime.cli.printing import attempt, print_diagnostics, write_file
+from bgc.runtime.cli.printing import attempt, print_diagnostics, print_text, write_file
 from bgc.runtime.cli.serving import announcing, prepare_serving, run_until_signal
 from bgc.runtime.model import Model
 from bgc.runtime.running.arguments import read_solver
@@ -43,9 +41,7 @@ def view(
         str | None,
         option("Write a replay as one HTML file, and serve nothing.", type=Target(".html", ".htm")),
     ],
-    port: Annotated[
-        int, option("Port; a free one if omitted.", type=click.IntRange(0, 65535), default=0)
-    ],
+    port: Annotated[int, option("Port; a free one if omitted.", within=(0, 65535), default=0)],
     modes: Annotated[bool, option("Show the modes of the linear form, one by one.")],
     point: PointOptions,
     no_browser: Annotated[bool, option("Print the address and open no browser.")],
@@ -100,7 +96,7 @@ def _export(recording: Recording, export: str, quiet: bool) -> None:
     write_file(export, page(recording.description["scene"], bundle(), data))
     if not quiet:
         size = Path(export).stat().st_size / 1e6
-        click.echo(f"wrote {export} ({size:.1f} MB, {len(recording.rows):,} rows)")
+        print_text(f"wrote {export} ({size:.1f} MB, {len(recording.rows):,} rows)")
 
 
 def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
