@@ -13,11 +13,11 @@ from bgc.diagnostics.catalogue.scenes import device_name_taken
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
-from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.bond_units import BondUnits
+from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.domains import Domains
+from bgc.elaboration.bonds.port_signals import Carried
 from bgc.elaboration.bonds.scalarise import Scalars, scalarise
-from bgc.elaboration.bonds.units import BondUnits
-from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.widths import join_nets, settle_widths
 from bgc.elaboration.bonds.wiring import Wiring, wire
 from bgc.elaboration.instances.census import Census
@@ -27,9 +27,9 @@ from bgc.elaboration.instances.limits import MAX_PARTS
 from bgc.elaboration.instances.quantities import Quantities
 from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
-from bgc.elaboration.laws.elements import read_elements
-from bgc.elaboration.laws.ports import read_ports
-from bgc.elaboration.laws.sampled import read_sampled, refuse_held_early
+from bgc.elaboration.laws.couplings import read_ports
+from bgc.elaboration.laws.flat_elements import read_elements
+from bgc.elaboration.laws.held_values import read_sampled, refuse_held_early
 from bgc.elaboration.laws.statements import (
     collect_assignments,
     collect_definitions,
@@ -37,8 +37,8 @@ from bgc.elaboration.laws.statements import (
     evaluate_values,
     read_statements,
 )
-from bgc.elaboration.laws.tables import guards_of_tables
-from bgc.elaboration.laws.units import infer_units
+from bgc.elaboration.laws.table_guards import guards_of_tables
+from bgc.elaboration.laws.unit_inference import infer_units
 from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
 from bgc.elaboration.scenes.observed import Observed, read_observed

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
-from bgc.ir.evaluated import evaluated_always
+from bgc.ir.evaluation import evaluated_always
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Guard, Node
 from bgc.ir.program import Program

@@ -14,7 +14,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.algebra.expanded import expanded_text
 from bgc.diagnostics.catalogue import listed
-from bgc.ir.evaluated import always_evaluated
+from bgc.ir.evaluation import always_evaluated
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.program import PositiveParameter, Program

@@ -22,7 +22,7 @@ from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice, keyword_advice
 from bgc.values import arithmetic, components, functions
 from bgc.values.arithmetic import Operand, failure
-from bgc.values.blocks import join_blocks
+from bgc.values.block_matrices import join_blocks
 from bgc.values.constants import (
     check_finite,
     check_literal,

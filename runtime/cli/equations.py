@@ -108,8 +108,8 @@ def _print_transfers(
     """Transfer functions one below the other, as text or LaTeX."""
     # These import SymPy, which takes 0.3 s and which only transfer functions need.
     from bgc.runtime.linearising.symbolic import transfer_at
-    from bgc.symbolic.latex import transfer_latex
-    from bgc.symbolic.terminal import transfer_lines, transfer_tables
+    from bgc.symbolic.transfer_latex import transfer_latex
+    from bgc.symbolic.transfer_text import transfer_lines, transfer_tables
 
     for k, (output, input_) in enumerate(transfers):
         found = transfer_at(scene.file, scene.options(), output, input_, point.point)

@@ -121,7 +121,7 @@ TARGETS: Mapping[str, Target] = {
         Target(
             "ssp",
             "a system of FMUs (SSP 1.0), see --part",
-            "system",
+            "fmu_system",
             ("--platforms", "--input", "--part", "--connect"),
         ),
         Target(

@@ -19,9 +19,9 @@ from bgc.options import Options
 from bgc.resolution.library import library_folder
 from bgc.runtime.linearising.operating import OpenedModel
 from bgc.symbolic import model as symbolic_model
-from bgc.symbolic.latex import transfer_latex
 from bgc.symbolic.model import SymbolicModel
-from bgc.symbolic.terminal import transfer_lines, transfer_tables
+from bgc.symbolic.transfer_latex import transfer_latex
+from bgc.symbolic.transfer_text import transfer_lines, transfer_tables
 
 MODELS = Path(__file__).parents[1] / "models"
 s = sympy.Symbol("s")

@@ -17,7 +17,7 @@ from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.fills import choose_fill
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.notes import note, note_of
-from bgc.elaboration.instances.sampled import enter_sampled
+from bgc.elaboration.instances.sample_blocks import enter_sampled
 from bgc.elaboration.instances.sampled_ports import enter_sampled_port
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import (

@@ -16,7 +16,6 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.assigned import AssignedComponents, defined_by_themselves
 from bgc.elaboration.instances.assumptions import Assumed, Assumption
 from bgc.elaboration.instances.checks import (
     check_units,
@@ -25,8 +24,12 @@ from bgc.elaboration.instances.checks import (
     level_of,
     require_level,
 )
+from bgc.elaboration.instances.component_assignments import (
+    AssignedComponents,
+    defined_by_themselves,
+)
 from bgc.elaboration.instances.components import indices
-from bgc.elaboration.instances.defaults import Defaults
+from bgc.elaboration.instances.default_units import Defaults
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.numbering import Numbering

@@ -9,9 +9,9 @@ from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import names, with_article
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import names_in
-from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.instances.checks import check_units, check_value
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.scopes import find_member

@@ -19,7 +19,7 @@ from bgc.elaboration.laws.blocks import (
     left_name,
     missing_law,
 )
-from bgc.elaboration.laws.checks import depends_on_others
+from bgc.elaboration.laws.matrix_checks import depends_on_others
 from bgc.grammar import syntax
 from bgc.ir.graph import (
     EnergyLaw,

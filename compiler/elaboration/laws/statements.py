@@ -10,9 +10,9 @@ from bgc.diagnostics.catalogue import graph, laws, names, samples
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.bond_units import SECOND
 from bgc.elaboration.bonds.domains import Domains
-from bgc.elaboration.bonds.units import SECOND
+from bgc.elaboration.bonds.port_signals import Carried
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_units, check_value, fit_like, fit_shape
 from bgc.elaboration.instances.components import component_names, ordinal
@@ -20,7 +20,7 @@ from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.scopes import find_member, path_of
 from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity, SampledPart
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.jumps import read_jump
+from bgc.elaboration.laws.when import read_jump
 from bgc.grammar import syntax
 from bgc.ir.graph import Condition, Equation, Guard, Jump, Node, State, Unknown
 from bgc.values.units import (

@@ -16,7 +16,7 @@ from bgc.algebra.evaluate import to_double
 from bgc.diagnostics.catalogue import drawn, with_article
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.bonds.values import BondValues
+from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value
 from bgc.elaboration.instances.components import component_names

@@ -9,7 +9,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue import samples
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.bonds.units import SECOND
+from bgc.elaboration.bonds.bond_units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value, fit_shape, require_level
 from bgc.elaboration.instances.components import component_names

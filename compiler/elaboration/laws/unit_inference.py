@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.bonds.bond_units import SECOND, BondUnits, Link, Ratio
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import WidthUnknown
-from bgc.elaboration.bonds.units import SECOND, BondUnits, Link, Ratio
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.symbolic.spelled import (
+from bgc.symbolic.notation import (
     LINE,
     LONG_FACTOR,
     Spelled,

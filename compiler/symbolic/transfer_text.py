@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bgc.printing.tables import Table
-from bgc.symbolic.spelled import (
+from bgc.symbolic.notation import (
     LONG_FACTOR,
     Spelled,
     Values,

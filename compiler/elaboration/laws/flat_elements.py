@@ -6,15 +6,15 @@ from dataclasses import replace
 
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.scalarise import Scalars
-from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.blocks import Laws, arguments_of
-from bgc.elaboration.laws.checks import LawChecks
+from bgc.elaboration.laws.matrix_checks import LawChecks
 from bgc.elaboration.laws.one_ports import (
     read_initials,
     read_resistor,

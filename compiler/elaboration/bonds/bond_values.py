@@ -6,11 +6,11 @@ from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import graph, values, with_article
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.bond_units import BondUnits
 from bgc.elaboration.bonds.domains import DomainFacts, Domains
+from bgc.elaboration.bonds.port_signals import Carried
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import shape_of, width_of
-from bgc.elaboration.bonds.units import BondUnits
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
