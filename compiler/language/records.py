@@ -37,9 +37,6 @@ class Where(Flag):
     C = auto()
 
 
-EVERYWHERE = Where.SCENE | Where.COMMAND | Where.PYTHON | Where.C
-
-
 @dataclass(frozen=True, slots=True)
 class Option:
     """What is known of a value that users may give.
@@ -63,7 +60,7 @@ class Option:
     serves
         Whether it means something in a record with these other values.
     keyword, flag
-        Its name in Python and in scenes, and as an option of commands.
+        Its name in Python and in scenes; as an option of commands, empty where these lack it.
     example
         A value, as help texts show it.
     """
@@ -75,7 +72,7 @@ class Option:
     number: str = ""
     low: float = 0.0
     high: float = math.inf
-    where: Where = EVERYWHERE
+    where: Where = ~Where(0)
     serves: Callable[[Any], bool] = lambda record: True
     keyword: str = ""
     flag: str = ""
@@ -116,13 +113,13 @@ def option(doc: str, *, of: Any = 0.0, **facts: Any) -> Any:
 
 
 @cache
-def options_of(record: type, where: Where = EVERYWHERE) -> Mapping[str, Option]:
+def options_of(record: type, where: Where) -> Mapping[str, Option]:
     """The options of a record that may be given somewhere in `where`, by field, in order."""
     found: dict[str, Option] = {}
     for each in fields(record):
         known = each.metadata.get("option")
         if known is not None and known.where & where:
-            keyword, flag = known.keyword or each.name, known.flag
-            flag = flag or f"--{keyword.replace('_', '-')}"
-            found[each.name] = replace(known, keyword=keyword, flag=flag)
+            keyword = known.keyword or each.name
+            usual = f"--{keyword.replace('_', '-')}" if Where.COMMAND in known.where else ""
+            found[each.name] = replace(known, keyword=keyword, flag=known.flag or usual)
     return MappingProxyType(found)

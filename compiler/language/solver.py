@@ -73,7 +73,7 @@ class Solver:
         default="8 for `ros34prw` and `switching_fixed`, else 1",
         high=1000,
         example="8",
-        serves=lambda solver: solver.is_divisible,
+        serves=lambda solver: solver.fixed and METHODS[solver.name].embedded_order > 0,
     )
     settle: float = option(
         "modes faster than this start at rest, under their loads",
@@ -106,14 +106,10 @@ class Solver:
         return self.name in METHODS and METHODS[self.name].fixed
 
     @property
-    def is_divisible(self) -> bool:
-        """Return whether its fixed steps may be divided where their error is too large."""
-        return self.fixed and METHODS[self.name].embedded_order > 0
-
-    @property
     def parts(self) -> int:
-        """The number of parts of a fixed step, at most."""
-        return (self.substeps or METHODS[self.name].parts) if self.is_divisible else 1
+        """The number of parts of a fixed step, at most; 1 where it cannot be divided."""
+        is_divisible = self.fixed and METHODS[self.name].embedded_order > 0
+        return (self.substeps or METHODS[self.name].parts) if is_divisible else 1
 
     @property
     def is_judged(self) -> bool:
@@ -132,6 +128,11 @@ class SolverKeywords(TypedDict, total=False):
     substeps: int | None
     settle: float | str | None
     start: Literal["rest", "given"] | None
+
+
+def options_of_method(name: str) -> tuple[str, ...]:
+    """Names of the options that a method takes where its steps are divided, if they can be."""
+    return Solver(name, substeps=2).served
 
 
 SOLVER_OPTIONS = options_of(Solver, Where.SCENE)

@@ -63,11 +63,17 @@ WORDS = Group(
 def solver_options(names: Collection[str] = tuple(SOLVER_OPTIONS)) -> Table:
     """Return the options of solvers, or those of some names, as a table."""
     rows = tuple(
-        (name, option.unit or "", option.default, option.doc)
+        (
+            name,
+            option.unit or "",
+            option.default,
+            option.flag,
+            option.doc,
+        )
         for name, option in SOLVER_OPTIONS.items()
         if name in names
     )
-    return Table("options of a solver", ("name", "unit", "default", "meaning"), rows)
+    return Table("options of a solver", ("name", "unit", "default", "option", "meaning"), rows)
 
 
 def _channels(title: str, table: Mapping[str, Channel]) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_method
-from bgc.language.solver import Solver
+from bgc.language.solver import options_of_method
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 from bgc.reference.words import solver_options
@@ -34,7 +34,7 @@ def _entry(name: str) -> Entry:
     body: tuple[Block, ...] = (
         Code(f"solver {name}({example});"),
         Text(f"{family}, order {method.order}. {control} {needs}"),
-        solver_options(Solver(name, substeps=2).served),
+        solver_options(options_of_method(name)),
     )
     return Entry("method", name, method.purpose, body, ("solver", "methods"))
 

@@ -2,7 +2,7 @@
 
 Instances of a model go in batches of as many as a vector register holds. A batch takes one step
 for all its instances (`runtime/c/lanes`). Each has devices of its own, sampled at the same times;
-where a law of one may switch in a step, or a fixed step is to be subdivided (`substeps`), that
+where a law of one may switch in a step, or a fixed step is to be subdivided, that
 instance takes the step by itself, in the same parts as alone. An instance leaves
 the batch where a law is undefined, an assertion does not hold, or static pivots lose digits; it is
 then run alone, as by `simulate`, which also explains its errors.

@@ -96,7 +96,7 @@ def choose_method(
         if facts.step is None:
             raise BgError([step_needed(name)])
         method = replace(method, step=facts.step)
-    return replace(method, substeps=method.parts)
+    return method
 
 
 def _options_of_other_kind(own: Solver, fixed: bool) -> set[str]:

@@ -144,7 +144,7 @@ def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, solve
         ("rodas5p", {"rtol": 1e-10, "step": 1e-6}, "ros34prw", {"rtol": 0.0, "step": 0.01}),
         ("rodas5p", {"rtol": 1e-10, "step": 1e-6}, "dopri5", {"rtol": 1e-10, "step": 1e-6}),
         ("ros34prw", {"rtol": 0.1, "step": 2e-3}, "dopri5", {"rtol": 0.0, "step": 0.0}),
-        ("ros34prw", {"substeps": 4, "step": 2e-3}, "lie", {"substeps": 1, "step": 2e-3}),
+        ("ros34prw", {"substeps": 4, "step": 2e-3}, "lie", {"parts": 1, "step": 2e-3}),
         ("auto", {"rtol": 1e-10, "step": 2e-3}, "ros34prw", {"rtol": 0.0, "step": 2e-3}),
     ],
 )

@@ -31,13 +31,11 @@ def out_of_balance(time: float, share: float) -> None: ...
 def step_too_long(time: float, state: str, part: float, step: float) -> None: ...
 @warning(
     "BG730",
-    "{steps} of {step:g} s exceeded the tolerance although divided into {substeps} "
+    "{steps} of {step:g} s exceeded the tolerance although divided into {most} "
     "parts: the error was {excess:.2g} times the tolerance at t = {time:.9g} s",
     "allow more `substeps`, shorten `step`, or use a method with error control (`solver rodas5p`)",
 )
-def samples_over_budget(
-    samples: int, step: float, substeps: int, time: float, excess: float
-) -> Values:
+def samples_over_budget(samples: int, step: float, most: int, time: float, excess: float) -> Values:
     return {"steps": "1 step" if samples == 1 else f"{samples:,} steps"}
 
 
