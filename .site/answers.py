@@ -27,7 +27,8 @@ def topics_page(index: str) -> Page:
     ]
     for topic in topics():
         see = ", ".join(_linked(name, dict(listed)) for name in topic.see_also)
-        lines += ["", f"## {', '.join(topic.names)}", "", topic.text, "", f"See {see}."]
+        title = ", ".join(topic.names)
+        lines += ["", f"## {title[:1].upper()}{title[1:]}", "", topic.text, "", f"See {see}."]
     return Page("topics.md", "Where to find what", SOURCE, lines)
 
 
