@@ -34,6 +34,7 @@ from bgc.reference.library import declarations
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENES = ROOT / "library" / "scenes"
+_INDEX = "grammar/LANGUAGE.md"
 _LABEL = re.compile(r"^(What|Why|Example|Way out):", re.MULTILINE)
 _HIDDEN = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
@@ -85,21 +86,16 @@ def write_pages(
     gallery = _gallery(docs, every_scene if scenes is None else scenes, live)
     parts: dict[str, Part] = {
         "Home": {"": _home()},
-        "Learn": {"": [*_started(), *manual["Learn"]], "Tutorials": _tutorials()},
-        "Do": {"": [*manual["Do"], *gallery]},
-        "Reference": {
-            "": [*manual["Reference"], *_diagnostics()],
-            "Library": library_pages(docs),
-            "Python": python_pages(),
-        },
-        "Evidence": {
-            "": manual["Evidence"],
-            "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"),
-            "Figures of the paper": paper(),
-        },
+        "Learn": {"": _started()} | manual["Learn"] | {"Tutorials": _tutorials()},
+        "Do": manual["Do"] | {"Scenes": gallery},
+        "Reference": manual["Reference"]
+        | {"Messages": _diagnostics(), "Library": library_pages(docs), "Python": python_pages()},
+        "Evidence": manual["Evidence"]
+        | {"Figures": [*benchmarks(docs, ROOT / "tests" / "bench" / "curves.csv"), *paper()]},
         "Developing": {"": _developing()},
     }
-    every = [*every_page(parts), *manual[""]]
+    index = one_page("manual/index.md", "The manual", _INDEX, _read(_INDEX))
+    every = [*every_page(parts), *index]
     places = {page.source: page.path for page in reversed(every) if page.source}
 
     def copy(file: str) -> str:
@@ -142,20 +138,25 @@ def _tutorials() -> list[Page]:
     return [*pages, notebook_page("tutorials/notebook.md", source, ROOT / source)]
 
 
-def _manual() -> Part:
-    """Return the chapters of the manual by its parts; the index itself stands under ""."""
-    source = "grammar/LANGUAGE.md"
-    index = _read(source)
-    found = {"": one_page("manual/index.md", "The manual", source, index)}
-    _, *pieces = re.split(r"^## (.+)$", index, flags=re.MULTILINE)
-    for part, text in zip(pieces[::2], pieces[1::2], strict=True):
-        listed = re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", text, re.MULTILINE)
-        found[part] = [
-            page
-            for title, file in listed
-            for page in one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
-        ]
+def _manual() -> dict[str, Part]:
+    """Return the chapters of the manual by its parts and their headings."""
+    _, *pieces = re.split(r"^## (.+)$", _read(_INDEX), flags=re.MULTILINE)
+    found: dict[str, Part] = {}
+    for title, text in zip(pieces[::2], pieces[1::2], strict=True):
+        first, *groups = re.split(r"^### (.+)$", text, flags=re.MULTILINE)
+        found[title] = {"Chapters": _chapters(first)} if _chapters(first) else {}
+        for group, listed in zip(groups[::2], groups[1::2], strict=True):
+            found[title][group] = _chapters(listed)
     return found
+
+
+def _chapters(listed: str) -> list[Page]:
+    found = re.findall(r"^\d+\. \[(.+)\]\((manual/\S+\.md)\)", listed, re.MULTILINE)
+    return [
+        page
+        for title, file in found
+        for page in one_page(file, title, f"grammar/{file}", _read(f"grammar/{file}"))
+    ]
 
 
 def _diagnostics() -> list[Page]:
