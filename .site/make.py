@@ -87,7 +87,7 @@ def write_pages(
     parts: dict[str, Part] = {
         "Home": {"": _home()},
         "Learn": {"": _started()} | manual["Learn"] | {"Tutorials": _tutorials()},
-        "Do": manual["Do"] | {"Scenes": gallery},
+        "Do": {"": [topics_page(_read(_INDEX))]} | manual["Do"] | {"Scenes": gallery},
         "Reference": manual["Reference"]
         | {"Messages": _diagnostics(), "Library": library_pages(docs), "Python": python_pages()},
         "Evidence": manual["Evidence"]
@@ -121,8 +121,7 @@ def _home() -> list[Page]:
 
 
 def _started() -> list[Page]:
-    first = one_page("started.md", "Install and first run", "README.md", _read("README.md"))
-    return [*first, topics_page(_read("grammar/LANGUAGE.md"))]
+    return one_page("started.md", "Install and first run", "README.md", _read("README.md"))
 
 
 def _tutorials() -> list[Page]:
