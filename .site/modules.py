@@ -33,7 +33,7 @@ Parts for bond graphs of mechanisms, cranes, robot arms and vessels, written in 
 `import crane.beam;` makes the parts of a module visible. `bgc doc Beam` shows a part in a terminal,
 with its ports, parameters and bond graph; the site has a page for each module, with pictures.
 """
-_CLAUSE = re.compile(r"(?<=\w{3})[.:;] ")
+_CLAUSE = re.compile(r"(?<=\w{3})(?:[:;] |\. (?=`))")
 _COMMENT = re.compile(rb"<!--.*?-->\n?|<title>.*?</title>\n?", re.DOTALL)
 _AS_WRITTEN = {"name", "unit", "default", "range", "start", "interface", "domain", "drawn as"}
 
