@@ -3,7 +3,8 @@
 A line of `tests/wrong/*.bg` that is at fault ends in `// error: BG123`, one that is only odd in
 `// warning: BG123`, one with a note in `// info: BG123`. Nothing else may be reported, no message
 is without its place and its way out, and nothing ends in a traceback. What the user reads stands
-in `NAME.txt` beside the model; `pytest -m golden --bless` rewrites it.
+in `NAME.txt` beside the model; `pytest -m golden --bless` rewrites it. A line `// ----` divides a
+file into programs that are compiled one by one.
 """
 
 import re
@@ -18,7 +19,19 @@ from bgc.options import Options
 from bgc.resolution.resolve import load, load_text
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
+DIVISION = "// ----\n"
 EXPECTED = re.compile(r"// (error|warning|info): (BG\d+)")
+
+
+def programs_of(path: Path) -> list[tuple]:
+    """The programs of a file, each as a function and its arguments, with the lines of the file."""
+    first, *others = path.read_text("utf-8").split(DIVISION)
+    if not others:
+        return [(load, path)]
+    texts = [first]
+    for other in others:
+        texts.append("\n" * (texts[-1].count("\n") + 1) + other)
+    return [(load_text, text, path.name) for text in texts]
 
 
 def diagnostics_of(compile_all, *arguments) -> list[Diagnostic]:
@@ -29,6 +42,10 @@ def diagnostics_of(compile_all, *arguments) -> list[Diagnostic]:
     except BgError as err:
         return [d for d in err.diagnostics if d.severity is Severity.ERROR]
     return list(stages.warnings)
+
+
+def diagnostics_in(path: Path) -> list[Diagnostic]:
+    return [d for program in programs_of(path) for d in diagnostics_of(*program)]
 
 
 def place_of(diagnostic: Diagnostic) -> tuple[int, str, str]:
@@ -44,7 +61,9 @@ def test_wrong_model_gives_its_code_at_its_line(path):
         for number, line in enumerate(path.read_text().splitlines(), 1)
         for severity, code in EXPECTED.findall(line)
     }
-    diagnostics = diagnostics_of(load, path)
+    by_program = [diagnostics_of(*program) for program in programs_of(path)]
+    assert all(by_program), "a program is in order"
+    diagnostics = [diagnostic for found in by_program for diagnostic in found]
     found = {place_of(d) for d in diagnostics}
     assert found == expected and len(diagnostics) == len(expected), "one message per cause"
     assert all(d.help for d in diagnostics)
@@ -55,13 +74,14 @@ def test_wrong_model_gives_its_code_at_its_line(path):
 @pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)
 def test_each_edit_removes_its_diagnostic(path, monkeypatch):
     monkeypatch.chdir(path.parent)
-    found = diagnostics_of(load, Path(path.name))
-    for diagnostic in found:
-        for edit in diagnostic.edits[:1]:
-            text = edit.span.source.text
-            after = text[: edit.span.start] + edit.text + text[edit.span.end :]
-            left = diagnostics_of(load_text, after, path.name)
-            assert alike(left, diagnostic) == alike(found, diagnostic) - 1, edit
+    for program in programs_of(Path(path.name)):
+        found = diagnostics_of(*program)
+        for diagnostic in found:
+            for edit in diagnostic.edits[:1]:
+                text = edit.span.source.text
+                after = text[: edit.span.start] + edit.text + text[edit.span.end :]
+                left = diagnostics_of(load_text, after, path.name)
+                assert alike(left, diagnostic) == alike(found, diagnostic) - 1, edit
 
 
 def alike(diagnostics: list[Diagnostic], one: Diagnostic) -> int:
@@ -71,7 +91,7 @@ def alike(diagnostics: list[Diagnostic], one: Diagnostic) -> int:
 @pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)
 def test_messages_are_as_blessed(path, bless, monkeypatch):
     monkeypatch.chdir(path.parent)
-    text = render(diagnostics_of(load, Path(path.name)), colour=False)
+    text = render(diagnostics_in(Path(path.name)), colour=False)
     blessed = path.with_suffix(".txt")
     if bless:
         blessed.write_text(text, "utf-8")
