@@ -14,18 +14,12 @@ from bgc.diagnostics.catalogue.studies import bad_observable, cannot_fit, not_bo
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import name_in_si
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.observables import (
-    Criterion,
-    Observable,
-    read_criterion,
-    read_observables,
-)
+from bgc.runtime.results.observables import Criterion, Observable
 from bgc.runtime.running.loaded import LoadedModel, Variable
-from bgc.runtime.running.many import observed_columns
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.quantity import Quantity, in_si, read_quantity
+from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.sweep import Listed, Range, points, sobol
-from bgc.runtime.studies.sweep import Vary, read_axes
+from bgc.runtime.studies.sweep import Vary, criteria_of, observables_of, read_axes
 
 
 def read_bounds(vary: Vary, parameters: Parameters) -> list[Range]:
@@ -114,22 +108,17 @@ def read_problem(
         both = "both" if minimise is not None else "neither"
         wanted = "one observable: `minimise` or `maximise`"
         raise BgError([bad_option("objective", both, wanted, 'minimise "max(load.z)"')])
-    columns = observed_columns(model)
     text = minimise if minimise is not None else maximise
     assert text is not None
-    objectives = read_observables([text], columns, read_quantity)
+    objectives = observables_of(model, [text])
     if len(objectives) > 1:
         reason = f"it has {len(objectives)} components, and an objective is one number"
         way_out = f"write one of them, `{objectives[0].name}`, or observe their magnitude"
         raise BgError([bad_observable(text, reason, way_out)])
-    limits = model.facts.criteria if require is None else require
-    criteria = tuple(
-        each for text in limits for each in read_criterion(text, columns, read_quantity)
-    )
     axes = read_axes(over, model.parameters)
     return Problem(
         read_bounds(vary, model.parameters),
         objectives[0],
-        criteria,
+        criteria_of(model, require),
         points(axes, None) if axes else {},
     )

@@ -15,14 +15,13 @@ from bgc.diagnostics.catalogue.studies import no_criterion
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.observables import Criterion, read_criterion
+from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.many import observed_columns
 from bgc.runtime.running.quantity import read_quantity
 from bgc.runtime.running.sweep import Axis, read_axis
 from bgc.runtime.studies.operability_result import Operability
-from bgc.runtime.studies.sweep import Design, sweep
+from bgc.runtime.studies.sweep import Design, criteria_of, sweep
 from bgc.values.shown import Shown
 
 JUDGES = ("gumbel", "worst")
@@ -58,12 +57,10 @@ class SeaStates:
 
 def read_criteria(model: LoadedModel, texts: Sequence[str]) -> tuple[Criterion, ...]:
     """Read criteria on the columns of a scene, by default its own limits; BG787 without any."""
-    columns = observed_columns(model)
-    wanted = texts or model.facts.criteria
-    found = [each for text in wanted for each in read_criterion(text, columns, read_quantity)]
+    found = criteria_of(model, texts or None)
     if not found:
         raise BgError([no_criterion()])
-    return tuple(found)
+    return found
 
 
 def operability(

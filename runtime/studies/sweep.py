@@ -15,7 +15,12 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
-from bgc.runtime.results.observables import Observable, read_observables
+from bgc.runtime.results.observables import (
+    Criterion,
+    Observable,
+    read_criterion,
+    read_observables,
+)
 from bgc.runtime.results.statistics import check_enough
 from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import check_kind
@@ -110,6 +115,13 @@ def _number(value: ParameterValue, name: str, parameters: Parameters) -> float:
 def observables_of(model: LoadedModel, texts: Sequence[str]) -> tuple[Observable, ...]:
     """Read observables of the columns of a scene; see `read_observables`."""
     return read_observables(texts, observed_columns(model), read_quantity)
+
+
+def criteria_of(model: LoadedModel, texts: Sequence[str] | None) -> tuple[Criterion, ...]:
+    """Read criteria on the columns of a scene; None stands for its own limits."""
+    columns = observed_columns(model)
+    limits = model.facts.criteria if texts is None else texts
+    return tuple(each for text in limits for each in read_criterion(text, columns, read_quantity))
 
 
 def sweep(
