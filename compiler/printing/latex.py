@@ -19,9 +19,9 @@ from bgc.algebra.jumps import is_segment
 from bgc.algebra.operation import Operation
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
+from bgc.printing.align import aligned, broken_sum, signed
 from bgc.printing.latex_names import dotted, latex_names
 
-_LINE = 80  # approximate number of visible characters of a line
 _LONG = 30  # operations above which an expression becomes an auxiliary quantity
 _DENOMINATOR = 12  # largest denominator of a number that is typeset as a fraction
 _SHORT = 4  # operations below which a repeated expression is written out
@@ -53,7 +53,11 @@ def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
         ("equations", bodies[first:second]),
         ("observed", bodies[second:]),
     )
-    return "\n".join(_align(title, lines) for title, lines in blocks if lines)
+    return "\n".join(
+        aligned(title, [(left_side, broken_sum(terms)) for left_side, terms in lines])
+        for title, lines in blocks
+        if lines
+    )
 
 
 def _symbols(program: Program, name: Callable[[Symbol], str]) -> dict[str, str]:
@@ -71,29 +75,6 @@ def _symbol_text(text: Mapping[str, str], name: Callable[[Symbol], str], symbol:
 
 
 _Terms = list[str]  # terms of a sum, each except the first with its sign
-
-
-def _align(title: str, equations: Sequence[tuple[str, _Terms]]) -> str:
-    lines = " \\\\\n".join(f"  {left} &= {_break_lines(terms)}" for left, terms in equations)
-    return f"% {title}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}\n"
-
-
-def _break_lines(terms: _Terms) -> str:
-    """A sum with line breaks between terms."""
-    lines, width = [""], 0
-    for term in terms:
-        size = _visible(term)
-        if width and width + size > _LINE:
-            lines.append("")
-            width = 0
-        lines[-1] += term if not lines[-1] else f" {term}"
-        width += size
-    return " \\\\\n      &\\quad ".join(lines)
-
-
-def _visible(text: str) -> int:
-    """The approximate width of a formula in characters."""
-    return len(re.sub(r"\\(?:mathrm|mathit|frac|left|right|,|[a-z]+)|[{}_^\\ ]", "", text))
 
 
 def _left_sides(
@@ -158,16 +139,7 @@ class _Printer:
         """The terms of a sum as text with their signs; equal terms are combined."""
         found: dict[Node, int] = {}
         self._collect(node, found)
-        texts: _Terms = []
-        for term, count in found.items():
-            if count == 0:
-                continue
-            negative, text = self._times(count, term)
-            if not texts:
-                texts.append(f"-{text}" if negative else text)
-            else:
-                texts.append(f"- {text}" if negative else f"+ {text}")
-        return texts or ["0"]
+        return signed(self._times(count, term) for term, count in found.items() if count) or ["0"]
 
     def _collect(self, node: Node, found: dict[Node, int]) -> None:
         """Count the terms of a sum, in order; subtracted terms count as negative."""

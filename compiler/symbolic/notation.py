@@ -11,13 +11,13 @@ import sympy
 from sympy.polys.rings import PolyElement
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.printing.align import LINE, Term, visible_width
 from bgc.symbolic.letters import latex_letters
 from bgc.symbolic.ratios import Ratio, evaluated
 from bgc.symbolic.roots import Roots, numeric_roots
 from bgc.symbolic.transfer import TransferFunction
-from bgc.symbolic.writing import Term, Writer, terms_of
+from bgc.symbolic.writing import Writer, terms_of
 
-LINE = 80  # visible characters of a line of LaTeX, about
 LONG_FACTOR = 8_000  # characters of a polynomial, without --full
 
 _LONG_LETTER = 24  # characters of a function of letters, beyond which it gets a name
@@ -181,10 +181,3 @@ def pair_texts(roots: Sequence[complex], sign: str = "+-") -> list[str]:
 def short(value: float) -> str:
     """A number with six digits."""
     return f"{value:.6g}"
-
-
-def visible_width(text: str) -> int:
-    """About how many characters a formula is wide."""
-    for word in (r"\left", r"\right", r"\mathrm", r"\mathit", r"\,", "{", "}", "_", "^"):
-        text = text.replace(word, "")
-    return len(text)

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
+from bgc.printing.align import LINE, aligned, broken_sum, signed, visible_width
 from bgc.symbolic.notation import (
-    LINE,
     LONG_FACTOR,
     Spelled,
     Values,
     described,
     pair_texts,
     static_number,
-    visible_width,
 )
 from bgc.symbolic.transfer import TransferFunction
-from bgc.symbolic.writing import Term, joined
 
 
 def transfer_latex(function: TransferFunction, values: Values, full: bool) -> str:
@@ -38,9 +34,9 @@ def transfer_latex(function: TransferFunction, values: Values, full: bool) -> st
         for name, terms in written.long_definitions():
             length = sum(len(text) for _, text in terms)
             if length <= LONG_FACTOR or full:
-                lines.append((name, _broken_latex(terms)))
+                lines.append((name, broken_sum(signed(terms))))
             else:
-                left_out.append(f"% {name}: {length:,} characters; --full prints them\n")
+                left_out.append(f"% {name}: {length:,} characters; --full prints them")
     lines += written.defined
     gain = written.static_gain()
     static = _approximately(gain, static_number(function, values)) if gain else r"\infty"
@@ -56,11 +52,8 @@ def transfer_latex(function: TransferFunction, values: Values, full: bool) -> st
                 shown = formula if visible_width(formula) <= 2 * LINE or full else ""
                 if shown or number:
                     lines.append((f"{letter}_{{{names}}}", _approximately(shown, number)))
-    body = " \\\\\n".join(f"  {left} &= {right}" for left, right in lines)
-    body = body.replace(r"&= \approx", r"&\approx")
-    title = f"{function.output} by {function.input}"
-    comments = f"% transfer function of {title}\n{''.join(left_out)}"
-    return f"{comments}\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
+    title = "\n".join([f"transfer function of {function.output} by {function.input}", *left_out])
+    return aligned(title, lines).replace(r"&= \approx", r"&\approx")
 
 
 def _approximately(formula: str, number: str) -> str:
@@ -70,20 +63,3 @@ def _approximately(formula: str, number: str) -> str:
     if formula == number or not number or number.isalpha():
         return formula
     return rf"{formula} \approx {number}"
-
-
-def _broken_latex(terms: Sequence[Term]) -> str:
-    lines: list[list[Term]] = [[]]
-    width = 0
-    for negative, text in terms:
-        if width and width + visible_width(text) > LINE:
-            lines.append([])
-            width = 0
-        lines[-1].append((negative, text))
-        width += visible_width(text) + 3
-    first, *rest = lines
-    texts = [joined(first)]
-    for line in rest:
-        sign = "-" if line[0][0] else "+"
-        texts.append(f"{sign} {joined([(False, line[0][1]), *line[1:]])}")
-    return " \\\\\n      &\\quad ".join(texts)

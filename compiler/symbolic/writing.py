@@ -10,17 +10,16 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import sympy
 from sympy.polys.rings import PolyElement
 from sympy.printing.str import StrPrinter
 
+from bgc.printing.align import Term, signed
 from bgc.symbolic.factors import split
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import by_powers
-
-Term: TypeAlias = tuple[bool, str]  # whether it is negative, and its text without the sign
 
 
 class _Plain(StrPrinter):  # type: ignore[misc]  # SymPy has no types
@@ -177,9 +176,7 @@ def positive(term: PolyElement) -> PolyElement:
 
 def joined(terms: Sequence[Term]) -> str:
     """A sum from its terms."""
-    (first, text), *rest = terms
-    start = f"-{text}" if first else text
-    return start + "".join(f" {'-' if negative else '+'} {term}" for negative, term in rest)
+    return " ".join(signed(terms))
 
 
 def broken(text: str, width: int) -> list[str]:

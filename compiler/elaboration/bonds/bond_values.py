@@ -45,8 +45,7 @@ class BondValues:
         if row.family is Family.JUNCTION:
             return self._of_junction(element, name, span)
         face = element.faces.get("all") or element.faces["in"]
-        one_sided = row.family is Family.TWO_PORT and not element.faces["out"].joints
-        have = ("e", "f", "power") if one_sided else row.observed
+        have = ("e", "f", "power") if element.is_gyristor else row.observed
         if name not in have:
             raise self._no_such_variable(
                 f"`{element.path}`, {with_article(element.kind)},", name, span, have

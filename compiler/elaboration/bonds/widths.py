@@ -280,12 +280,8 @@ def _apply_probe(work: Nets, element: Element, found: Probe) -> None:
         work.sized.add(face)
         if face.net.root().width is None:  # else a mismatch is reported when the law is read
             _set_width(work, face.net, Width(size, found.span, size > 1))
-    if found.same and not _is_one_sided(element):
+    if found.same and not element.is_gyristor:
         work.equal.append((element.faces["in"].net, element.faces["out"].net, element.span))
-
-
-def _is_one_sided(element: Element) -> bool:
-    return "out" in element.faces and not element.faces["out"].joints
 
 
 def _unsized_nets(work: Nets) -> list[Net]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -289,7 +289,7 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
             _report(world, graph.not_bonded(element.span, element.path, element.kind), element.env)
             continue
         one_sided = [side for side, face in element.faces.items() if not face.joints]
-        if one_sided and not _is_gyristor(element, one_sided):
+        if one_sided and not element.is_gyristor:
             missing = "into" if one_sided == ["in"] else "out of"
             _report(
                 world,
@@ -304,12 +304,6 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
             at = port.declaration.name_span if face is port.inner else span
             if not face.joints:
                 world.report.add(graph.not_bonded(at, port.path, what), note=note_of(port.instance))
-
-
-def _is_gyristor(element: Element, one_sided: Sequence[str]) -> bool:
-    """Test for a gyrator with bonds into it only, whose law replaces the ratio (eq. 13)."""
-    by_law = bool(element.law) and not element.use.arguments
-    return element.basic == "GY" and one_sided == ["out"] and by_law
 
 
 def check_single(world: World, wiring: Wiring, sized: set[Face]) -> None:

@@ -119,6 +119,12 @@ class Element:
         return ELEMENTS[self.kind]
 
     @property
+    def is_gyristor(self) -> bool:
+        """Whether a gyrator has bonds into it only, with a law in place of the ratio (eq. 13)."""
+        by_law = bool(self.law) and not self.use.arguments
+        return self.basic == "GY" and by_law and not self.faces["out"].joints
+
+    @property
     def basic(self) -> str:
         """The kind without the M of a modulated element."""
         return self.row.basic

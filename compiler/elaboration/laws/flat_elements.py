@@ -52,10 +52,10 @@ def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
             return [read_resistor(laws, element)]
         case Family.TWO_PORT if element.basic == "TF":
             return [*read_transformers(laws, checks, element)]
-        case Family.TWO_PORT if element.faces["out"].joints:
-            return [*read_gyrators(laws, checks, element)]
-        case Family.TWO_PORT:
+        case Family.TWO_PORT if element.is_gyristor:
             return [read_gyristor(laws, checks, element)]
+        case Family.TWO_PORT:
+            return [*read_gyrators(laws, checks, element)]
         case Family.BUNDLE:
             _require_bare(element)
             return []
