@@ -276,7 +276,6 @@ CONTACT = {
     "plane": "  floor : Ground;\n  floor -> part.plane;",
     "body": _thrown("body", "[0, 0, 0.5]", "[0.2, 0.1, -1, 0, 0, 0]"),
 }
-FALLING = "gap0 = 0.5"
 LOCKED = {
     "p": """
   p_way    : J1[3];

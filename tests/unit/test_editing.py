@@ -21,8 +21,6 @@ from bgc.options import Options
 from bgc.resolution.library import library_folder
 
 LIBRARY = sorted(library_folder().rglob("*.bg"))
-DATA = {"memory", "response", "ship", "about", "osv", "table", "supply"}  # members of data files
-
 TEXT = """import mechanics.lock;
 
 interface Brake { port shaft; }

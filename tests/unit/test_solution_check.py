@@ -22,7 +22,6 @@ from bgc.options import Options
 from bgc.runtime.running.binding import Instance, Library
 
 MODEL = Path(__file__).parents[1] / "models" / "boom_of_beams.bg"
-DOUBLES = ctypes.POINTER(ctypes.c_double)
 C = 1e3  # of W = C M - J, in 1/s
 TRIALS = 1500
 WRONG = 1e-6  # error over the largest component, both over the states' scales
