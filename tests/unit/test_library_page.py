@@ -2,6 +2,7 @@
 
 import re
 import sys
+from hashlib import blake2b
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ sys.path.insert(0, str(ROOT / ".site"))
 from modules import holds_parts, library_list, library_pages, part_graphs  # noqa: E402
 
 LIST = ROOT / "library" / "README.md"
+GRAPHS = ROOT / "tests" / "golden" / "part_graphs.txt"
 MOST_WORDS = 6000  # of a page
 
 
@@ -72,6 +74,15 @@ def test_the_list_names_every_module_and_part_once():
     assert all(name == link and (LIST.parent / link).is_file() for name, link in links)
     listed = re.findall(r"^- `(\w+)`: \S", text, re.MULTILINE)
     assert set(listed) >= {name.rpartition(".")[2] for name in documented_models()}
+
+
+def test_the_graphs_of_the_parts_are_current(bless):
+    """A digest of each stands for its picture, which the site alone draws."""
+    digests = {name: blake2b(text.encode(), digest_size=8) for name, text in part_graphs().items()}
+    text = "".join(f"{name} {digest.hexdigest()}\n" for name, digest in digests.items())
+    if bless:
+        GRAPHS.write_text(text, "utf-8")
+    assert GRAPHS.read_text("utf-8") == text, "look at the pictures of the site, then --bless"
 
 
 def test_every_scene_has_a_picture_and_a_text():
