@@ -2,10 +2,11 @@
 
 A row decorates the signature of its parameters, and is called with them::
 
-    @error("BG431", "`{name}`, {kind:an}, has no law", "{way}")
+    @error("BG431: `{name}`, {kind:an}, has no law", "{way}")
     def law_missing(span: Span, name: str, kind: str, way: str) -> None: ...
 
-The type checker compares each call with that signature. In a text `{name}` is the value of a
+The first text is the code and the message, the second the help. The type checker compares each
+call with the signature. In a text `{name}` is the value of a
 parameter, `{step:.3g}` the value as `format` writes it, `{names:listed}` and `{kind:an}` its
 form in words (`FORMS`), and `{runs:counted run}` a number with its noun. Other braces stand for
 themselves. A parameter named `span`, `note`, `labels`, `help` or `edits` is that field of the
@@ -21,6 +22,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Generic, ParamSpec, TypeAlias
 
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label, Severity
@@ -89,22 +91,26 @@ def _shown(value: Any, form: str) -> str:
     return counted(value, noun) if word == "counted" else format(value, form)
 
 
-def error(
-    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
-) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
-    """Make the row of a diagnostic that ends the compilation."""
-    return lambda function: Row(code, Severity.ERROR, message, help, note, labels, function)
+@dataclass(frozen=True, slots=True)
+class _Texts:
+    """The texts of a row, which decorate the function of its parameters."""
+
+    severity: Severity
+    text: str
+    help: str = ""
+    note: str = field(default="", kw_only=True)
+    labels: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+
+    def __call__(self, function: Callable[_P, Values | None]) -> Row[_P]:
+        code, _, message = self.text.partition(": ")
+        return Row(code, self.severity, message, self.help, self.note, self.labels, function)
 
 
-def warning(
-    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
-) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
-    """Make the row of a diagnostic that does not end the compilation."""
-    return lambda function: Row(code, Severity.WARNING, message, help, note, labels, function)
+error = partial(_Texts, Severity.ERROR)
+"""Texts of a diagnostic that ends the compilation."""
 
+warning = partial(_Texts, Severity.WARNING)
+"""Texts of a diagnostic that does not end the compilation."""
 
-def info(
-    code: str, message: str, help: str = "", *, note: str = "", labels: Mapping[str, str] = {}
-) -> Callable[[Callable[_P, Values | None]], Row[_P]]:
-    """Make the row of a diagnostic that reports a fact, no warning in strict mode either."""
-    return lambda function: Row(code, Severity.INFO, message, help, note, labels, function)
+info = partial(_Texts, Severity.INFO)
+"""Texts of a diagnostic that reports a fact, and is no warning in strict mode either."""

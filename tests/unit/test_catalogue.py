@@ -142,7 +142,7 @@ def test_places_of_a_text():
 
 
 def test_a_value_that_looks_like_a_place_stays_as_it_is():
-    @error("BG999", "no `{name}`", "write `{other}`")
+    @error("BG999: no `{name}`", "write `{other}`")
     def row(name: str, other: str) -> None: ...
 
     made = row("{other}", "{name}")
@@ -151,7 +151,7 @@ def test_a_value_that_looks_like_a_place_stays_as_it_is():
 
 @pytest.mark.parametrize("arguments", [{}, {"name": "a", "more": 1}])
 def test_wrong_arguments_are_refused(arguments):
-    @error("BG999", "no `{name}`")
+    @error("BG999: no `{name}`")
     def row(name: str) -> None: ...
 
     with pytest.raises(TypeError):

@@ -6,8 +6,7 @@ from bgc.diagnostics.catalogue import Values, warning
 
 
 @warning(
-    "BG712",
-    "`{name}` is not finite {when}",
+    "BG712: `{name}` is not finite {when}",
     "check its divisions and the domains of its functions; an `assert` in the model ends "
     "the run there",
 )
@@ -16,34 +15,29 @@ def value_not_finite(name: str, time: float, to_the_end: bool) -> Values:
 
 
 @warning(
-    "BG716",
-    "from t = {time:.9g} s onwards the energies do not balance: the residual is "
+    "BG716: from t = {time:.9g} s onwards the energies do not balance: the residual is "
     "{share:.2g} of the energy exchanged",
     "use a smaller step or tolerance, or another method; `bgc trade` finds one",
 )
 def out_of_balance(time: float, share: float) -> None: ...
 @warning(
-    "BG719",
-    "the step of {step:g} s is too long at t = {time:.9g} s: the stages of the method "
+    "BG719: the step of {step:g} s is too long at t = {time:.9g} s: the stages of the method "
     "differ by {part:.2g} of the range of `{state}`",
     "use a shorter step, or a method with error control (`solver rodas5p`); see `bgc doc BG719`",
 )
 def step_too_long(time: float, state: str, part: float, step: float) -> None: ...
 @warning(
-    "BG730",
-    "{steps} of {step:g} s exceeded the tolerance although divided into {most} "
-    "parts: the error was {excess:.2g} times the tolerance at t = {time:.9g} s",
+    "BG730: {samples:counted step} of {step:g} s exceeded the tolerance although divided into "
+    "{substeps} parts: the error was {excess:.2g} times the tolerance at t = {time:.9g} s",
     "allow more `substeps`, shorten `step`, or use a method with error control (`solver rodas5p`)",
 )
-def samples_over_budget(samples: int, step: float, most: int, time: float, excess: float) -> Values:
-    return {"steps": "1 step" if samples == 1 else f"{samples:,} steps"}
-
-
+def samples_over_budget(
+    samples: int, step: float, substeps: int, time: float, excess: float
+) -> None: ...
 @warning(
-    "BG726",
-    "rounding decides `{state}`: it was below its tolerance of {tolerance:.2g} at t = "
+    "BG726: rounding decides `{state}`: it was below its tolerance of {tolerance:.2g} at t = "
     "{fell:.6g} s, had grown again by t = {grown:.6g} s, and ends at {end:.4g}; a change "
-    "of the size of that tolerance leads elsewhere",
+    "of the size of that tolerance leads elsewhere"
 )
 def rounding_decides(
     state: str,
@@ -62,8 +56,7 @@ def rounding_decides(
 
 
 @warning(
-    "BG731",
-    "rounding errors of the equations limit the steps: in {affected} of {examined} steps "
+    "BG731: rounding errors of the equations limit the steps: in {affected} of {examined} steps "
     "that were examined they make up the error estimate",
     "loosen `rtol` by a factor of 10 or 100, or write the equations without differences "
     "of large terms; see `bgc doc BG731`",

@@ -9,7 +9,7 @@ from bgc.diagnostics.diagnostic import Label
 from bgc.diagnostics.source import Span
 
 
-@error("BG060", "the compiled model has no parameter `{name}`", "{there}")
+@error("BG060: the compiled model has no parameter `{name}`", "{there}")
 def unknown_parameter(name: str, known: Iterable[str]) -> Values:
     names = list(known)
     there = f"its parameters are {listed(names)}" if names else "nothing in it can be set"
@@ -17,14 +17,13 @@ def unknown_parameter(name: str, known: Iterable[str]) -> Values:
 
 
 @error(
-    "BG078",
-    "`{name}` is {value:g} in this scene and was folded into the equations",
+    "BG078: `{name}` is {value:g} in this scene and was folded into the equations",
     "compile with its value (`parameters=`, `--set`), or write `keep {name};` in the scene",
 )
 def parameter_folded(name: str, value: float) -> None: ...
 @error(
-    "BG061",
-    "{value:g}{shown} is outside the range of parameter `{name}`, {low:g} .. {high:g}{shown}",
+    "BG061: {value:g}{shown} is outside the range of parameter `{name}`, {low:g} .. "
+    "{high:g}{shown}",
     "give a value inside the range, or widen it where the parameter is declared",
 )
 def parameter_out_of_range(
@@ -49,8 +48,7 @@ def parameter_out_of_range(
 
 
 @error(
-    "BG062",
-    "`{text}` is not a value for `{name}`",
+    "BG062: `{text}` is not a value for `{name}`",
     "write a number, or a number, one blank and a unit: `7`, `7 t`, `45 deg`",
 )
 def not_a_value(text: str, name: str, unit: str = "") -> Values:
@@ -58,8 +56,7 @@ def not_a_value(text: str, name: str, unit: str = "") -> Values:
 
 
 @error(
-    "BG790",
-    "`{name}` is {given:an}, not a number or a text",
+    "BG790: `{name}` is {given:an}, not a number or a text",
     'give an SI number, or a text with a unit: `{name}="2{shown}"`',
 )
 def not_a_quantity(name: str, given: str, unit: str) -> Values:
@@ -67,33 +64,31 @@ def not_a_quantity(name: str, given: str, unit: str) -> Values:
 
 
 @error(
-    "BG791",
-    "a state of this model has {states} numbers; the one given has the shape {given}",
+    "BG791: a state of this model has {states} numbers; the one given has the shape {given}",
     "start from `model.initial_state()`; a time is given by name: `time=0.1`",
 )
 def wrong_state(shape: tuple[int, ...], states: int) -> Values:
     return {"given": " x ".join(map(str, shape)) if shape else "a scalar"}
 
 
-@error("BG792", "this run is over", "begin another one: `model.step()`")
+@error("BG792: this run is over", "begin another one: `model.step()`")
 def run_is_over() -> None: ...
 @error(
-    "BG793",
-    "`%%bgc {line}` does not name a variable for the model",
+    "BG793: `%%bgc {line}` does not name a variable for the model",
     "write `%%bgc NAME`, `%%bgc NAME SCENE` or `%%bgc NAME --file FILE.bg`",
 )
 def bad_magic(line: str) -> Values:
     return {"line": line.strip()}
 
 
-@error("BG063", "{problem}", "give a unit of the same kind, or a number alone for SI")
+@error("BG063: {problem}", "give a unit of the same kind, or a number alone for SI")
 def wrong_unit(name: str, given: str, unit: str) -> Values:
     if unit:
         return {"problem": f"`{given}` is not a unit of `{name}`, which is in `{unit}`"}
     return {"problem": f"`{name}` has no unit: it is a plain number; `{given}` does not fit"}
 
 
-@error("BG064", "`{option}` is given {problem}", "write `{example}`")
+@error("BG064: `{option}` is given {problem}", "write `{example}`")
 def bad_assignment(text: str, example: str) -> Values:
     option = example.partition(" ")[0]
     if not text.strip():
@@ -105,7 +100,7 @@ def bad_assignment(text: str, example: str) -> Values:
     return {"option": option, "problem": problem}
 
 
-@error("BG065", "the result has no column `{name}`")
+@error("BG065: the result has no column `{name}`")
 def unknown_column(name: object, known: Iterable[str]) -> Values:
     known = list(known)
     more = ", ..." if len(known) > 12 else ""
@@ -118,18 +113,17 @@ def unknown_column(name: object, known: Iterable[str]) -> Values:
 
 
 @error(
-    "BG066", "`{name}` is {value}, which is not {wanted}", "give {wanted}, for example `{example}`"
+    "BG066: `{name}` is {value}, which is not {wanted}", "give {wanted}, for example `{example}`"
 )
 def bad_option(
     name: str, value: object, wanted: str, example: str = "1e-3", span: Span | None = None
 ) -> None: ...
 @error(
-    "BG067", "{scene:scene} has no duration", "write `run 10 s;` in the scene, or give `--time 10`"
+    "BG067: {scene:scene} has no duration", "write `run 10 s;` in the scene, or give `--time 10`"
 )
 def no_duration(scene: str) -> None: ...
 @error(
-    "BG068",
-    "{rows:,} rows of {columns} columns would take {amount}",
+    "BG068: {rows:,} rows of {columns} columns would take {amount}",
     "write fewer rows: `run .. every ..;` in the scene, or `--every`",
 )
 def too_many_rows(rows: int, columns: int) -> Values:
@@ -138,23 +132,21 @@ def too_many_rows(rows: int, columns: int) -> Values:
 
 
 @error(
-    "BG069",
-    "`{text}` is not a panel of a plot",
+    "BG069: `{text}` is not a panel of a plot",
     'write `--panel "tip.z, handle.z"` or `--panel "force against elevation"`',
 )
 def bad_panel(text: str) -> None: ...
-@error("BG071", "there is no solver `{name}`", "choose one of {known:quoted}")
+@error("BG071: there is no solver `{name}`", "choose one of {known:quoted}")
 def unknown_solver(name: str, known: Sequence[str], span: Span | None = None) -> Values:
     return nearest(name, known)
 
 
 @error(
-    "BG072",
-    "solver `{solver}` needs a step",
+    "BG072: solver `{solver}` needs a step",
     "write `step 1 ms;` in the scene, or give `--step 0.001`",
 )
 def step_needed(solver: str) -> None: ...
-@error("BG044", "solver `{solver}` has no option `{option}`: {reason}")
+@error("BG044: solver `{solver}` has no option `{option}`: {reason}")
 def option_not_served(solver: str, option: str, fixed: bool, served: Sequence[str]) -> Values:
     if fixed and option in ("rtol", "atol", "max_step"):
         reason = "its steps have the fixed length `step`"
@@ -165,7 +157,7 @@ def option_not_served(solver: str, option: str, fixed: bool, served: Sequence[st
     return {"reason": reason, "help": f"omit it; `{solver}` takes {quoted(served)}"}
 
 
-@error("BG045", "there is no part `{name}` to collapse", "{there}")
+@error("BG045: there is no part `{name}` to collapse", "{there}")
 def unknown_part(name: str, known: Iterable[str]) -> Values:
     have = sorted(known)
     there = f"use one of {listed(have)}" if have else "the model has no parts of parts"
@@ -173,8 +165,7 @@ def unknown_part(name: str, known: Iterable[str]) -> Values:
 
 
 @error(
-    "BG073",
-    "device `{device}` uses the driver `{driver}`, which this build does not have",
+    "BG073: device `{device}` uses the driver `{driver}`, which this build does not have",
     "use one of its drivers: {have:listed}; `trace(file = ..)` plays a recorded motion",
 )
 def unknown_driver(
@@ -184,16 +175,16 @@ def unknown_driver(
 
 
 @error(
-    "BG074",
-    "device `{device}` ({driver}) could not be opened: {reason}",
+    "BG074: device `{device}` ({driver}) could not be opened: {reason}",
     "correct the device's options in the scene; file paths start at the folder of the `.bg` file",
 )
 def device_not_opened(device: str, driver: str, reason: str) -> None: ...
 @error(
-    "BG077",
-    "{shape} values do not fit `{name}`, which has {components} {noun}",
+    "BG077: {shape} values do not fit `{name}`, which has {components} {noun}",
     "give as many values, row by row, or set one component by its own name",
 )
 def wrong_shape(name: str, given: Sequence[int], components: int) -> Values:
-    noun = "component" if components == 1 else "components"
-    return {"shape": " x ".join(map(str, given)), "noun": noun}
+    return {
+        "shape": " x ".join(map(str, given)),
+        "noun": "component" if components == 1 else "components",
+    }

@@ -20,8 +20,7 @@ class Connection:
 
 
 @error(
-    "BG501",
-    "`{one}` and `{other}` both set the same {what}",
+    "BG501: `{one}` and `{other}` both set the same {what}",
     "remove one of them, or put an R or a C between them",
     note="they are connected through {path}",
 )
@@ -70,8 +69,7 @@ def _shortened(way: Sequence[str]) -> list[str]:
 
 
 @error(
-    "BG502",
-    "a closed chain of rigid connections through {through:listed}",
+    "BG502: a closed chain of rigid connections through {through:listed}",
     "give all parts of it inertia, or make one of the connections compliant: use a C "
     "with an R in parallel",
 )
@@ -97,44 +95,39 @@ def _names_of(connections: Sequence[Connection]) -> list[str]:
 
 
 @error(
-    "BG503",
-    "the modulus of `{name}` is zero",
+    "BG503: the modulus of `{name}` is zero",
     "give its parameters a value that makes it nonzero, or remove the element",
 )
 def zero_modulus(span: Span, name: str) -> None: ...
 @warning(
-    "BG504",
-    "{names:listed} constrain the same flow twice: their shares of the effort are undetermined",
+    "BG504: {names:listed} constrain the same flow twice: their shares of the effort are "
+    "undetermined",
     "remove one of the parallel connections",
 )
 def redundant_structure(span: Span, names: Sequence[str]) -> None: ...
 @warning(
-    "BG505",
-    "the bond `{name}` closes a loop of junctions: the flow or effort around it is undetermined",
+    "BG505: the bond `{name}` closes a loop of junctions: the flow or effort around it is "
+    "undetermined",
     "remove the bond, or merge the junctions into one",
 )
 def bond_loop(span: Span, name: str) -> None: ...
 @error(
-    "BG506",
-    "nothing determines the {what} of `{name}`",
+    "BG506: nothing determines the {what} of `{name}`",
     "connect an element there, or do not observe the variable",
 )
 def nothing_determines(span: Span, name: str, what: str) -> None: ...
 @warning(
-    "BG507",
-    "nothing determines the {what} of `{name}`",
+    "BG507: nothing determines the {what} of `{name}`",
     "connect an element there, or remove the junction",
 )
 def indeterminate(span: Span, name: str, what: str) -> None: ...
 @error(
-    "BG508",
-    "`{name}` sets the {what} of a junction without a load",
+    "BG508: `{name}` sets the {what} of a junction without a load",
     "connect an R, I or C to the junction",
 )
 def source_without_load(span: Span, name: str, what: str) -> None: ...
 @error(
-    "BG520",
-    "the algebraic loop through {bonds:listed} {which}",
+    "BG520: the algebraic loop through {bonds:listed} {which}",
     "break the loop with a storage element, or change the terms that cancel",
 )
 def singular_loop(
@@ -158,21 +151,18 @@ def singular_loop(
 
 
 @error(
-    "BG521",
-    "the reaction at {names:listed} depends on itself",
+    "BG521: the reaction at {names:listed} depends on itself",
     "take the signal from another element, or put a C between them",
 )
 def derivative_loop(span: Span, names: Sequence[str]) -> None: ...
 @error(
-    "BG522",
-    "the reaction at `{name}` needs an unknown rate",
+    "BG522: the reaction at `{name}` needs an unknown rate",
     "put a C with an R in parallel in between, or do not observe the variable",
     note="it is rigidly coupled to a device's input or to an unknown of an algebraic loop",
 )
 def rate_unknown(span: Span, name: str) -> None: ...
 @error(
-    "BG523",
-    "the odd loop of gyrators through {names} cannot be solved",
+    "BG523: the odd loop of gyrators through {names} cannot be solved",
     "put an R, C or I into the loop, or remove one of the gyrators",
     note="it leaves {bonds:listed} undetermined",
 )
@@ -186,14 +176,13 @@ def gyrator_loop(gyrators: Sequence[Connection], bonds: Sequence[str]) -> Values
 
 
 @error(
-    "BG524",
-    "the law of {elements:listed} cannot be inverted: it is {why}",
+    "BG524: the law of {elements:listed} cannot be inverted: it is {why}",
     "write the law with its sign, for example `f*abs(f)`, give it a small slope, or "
     "write it the other way round",
     note="it would have to give `{variable}`",
 )
 def not_invertible(span: Span, variable: str, elements: Sequence[str], why: str) -> None: ...
-@error("BG531", "the equations {fault}")
+@error("BG531: the equations {fault}")
 def singular_equations(
     span: Span, names: Sequence[str], solutions: str = "unclear", others: Sequence[Span] = ()
 ) -> Values:
@@ -221,15 +210,11 @@ def singular_equations(
 # `constant_in` are unknowns that it holds, but does not vary with. `derivative` is its first
 # derivative that holds an unknown, with its order.
 @error(
-    "BG531",
-    "the equations do not determine {names:listed}",
+    "BG531: the equations do not determine {names:listed}",
     note="this equation varies with no unknown and no rate that it could determine",
 )
 def equation_without_unknown(
-    span: Span,
-    names: Sequence[str],
-    constant_in: Sequence[str],
-    derivative: tuple[int, str] | None,
+    span: Span, names: Sequence[str], constant_in: Sequence[str], derivative: tuple[int, str] | None
 ) -> Values:
     if constant_in:
         return {
@@ -256,14 +241,12 @@ def equation_without_unknown(
 
 
 @error(
-    "BG532",
-    "the initial value of `{name}` depends on itself",
+    "BG532: the initial value of `{name}` depends on itself",
     "give one of the states in the circle an independent initial value",
 )
 def invalid_initial(span: Span | None, name: str) -> None: ...
 @error(
-    "BG533",
-    "this equation is not linear in the rates with constant coefficients",
+    "BG533: this equation is not linear in the rates with constant coefficients",
     "declare the rate as an unknown: `unknown w; der(x) = w;` and use `w` here",
 )
 def rate_not_linear(span: Span) -> None: ...

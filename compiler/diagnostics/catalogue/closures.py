@@ -13,8 +13,7 @@ _LISTED = 12  # states that a message lists
 
 
 @error(
-    "BG525",
-    "the constraints of the closed chain through {names:listed} are not independent",
+    "BG525: the constraints of the closed chain through {names:listed} are not independent",
     "close the chain with `Weld`, or make one of its joints compliant",
 )
 def changing_rank(
@@ -26,8 +25,7 @@ def changing_rank(
 
 
 @error(
-    "BG526",
-    "the chain is not closed at the start: `{name}` is off by {misfit:.3g}",
+    "BG526: the chain is not closed at the start: `{name}` is off by {misfit:.3g}",
     "leave some of the initial values ungiven, or give values that close the chain",
 )
 def open_start(span: Span, name: str, misfit: float, ways: Sequence[tuple[str, float]]) -> Values:
@@ -37,8 +35,7 @@ def open_start(span: Span, name: str, misfit: float, ways: Sequence[tuple[str, f
 
 
 @error(
-    "BG550",
-    "mounts in the closed chain contradict each other: `{name}` stays off by {misfit:.3g}",
+    "BG550: mounts in the closed chain contradict each other: `{name}` stays off by {misfit:.3g}",
     "correct the mount or the axis there, or write it in seven digits or more",
 )
 def contradicting_mounts(span: Span, name: str, misfit: float, body: str | None) -> Values:
@@ -52,20 +49,18 @@ def contradicting_mounts(span: Span, name: str, misfit: float, body: str | None)
 
 
 @error(
-    "BG527",
-    "the closed chain through {names:listed} starts at a singular position",
+    "BG527: the closed chain through {names:listed} starts at a singular position",
     "start at another position, or make one of its joints compliant",
 )
 def singular_start(span: Span, names: Sequence[str]) -> None: ...
 @error(
-    "BG528",
-    "the bonds do not keep `{name}` at this value",
+    "BG528: the bonds do not keep `{name}` at this value",
     "hold it by a rigid connection, or remove the projection",
 )
 def not_kept(span: Span, name: str) -> None: ...
 @warning(
-    "BG529",
-    "the closed chain through {names:listed} has {count} redundant {noun}: efforts within it "
+    "BG529: the closed chain through {names:listed} has {count} redundant {noun}: efforts "
+    "within it "
     "are undetermined",
     "use joints that hold less, or a compliant one, if such an effort matters",
 )
@@ -74,20 +69,17 @@ def redundant_rows(span: Span, names: Sequence[str], count: int) -> Values:
 
 
 @error(
-    "BG534",
-    "the closed chain through {names:listed} depends on an input of the linearisation",
+    "BG534: the closed chain through {names:listed} depends on an input of the linearisation",
     "take another input, or make one joint of the chain compliant",
 )
 def input_moves_chain(names: Sequence[str]) -> None: ...
 @error(
-    "BG546",
-    "the closed chain moves `{variable}` of `{name}`, which would start at {value:.6g}",
+    "BG546: the closed chain moves `{variable}` of `{name}`, which would start at {value:.6g}",
     "give all inertias of the chain values that keep it closed, or give this value",
 )
 def moved_start(span: Span, name: str, variable: str, value: float) -> None: ...
 @error(
-    "BG735",
-    "at t = {time:.9g} s the closed chain{chain} is at a singular position",
+    "BG735: at t = {time:.9g} s the closed chain{chain} is at a singular position",
     "make one of its joints compliant, or keep the motion away from this position",
 )
 def singular_chain(time: float, parts: str) -> Values:
@@ -95,8 +87,7 @@ def singular_chain(time: float, parts: str) -> Values:
 
 
 @error(
-    "BG736",
-    "the chain is not closed at the start: no initial values satisfy `{condition}`",
+    "BG736: the chain is not closed at the start: no initial values satisfy `{condition}`",
     "give other lengths or initial values, or leave more initial values ungiven",
 )
 def open_chain(condition: str) -> None: ...

@@ -8,7 +8,7 @@ from bgc.diagnostics.catalogue import Values, error
 from bgc.diagnostics.source import Span
 
 
-@error("BG133", "`{name}` {fault}", "choose a name of letters, digits and `_`{such}")
+@error("BG133: `{name}` {fault}", "choose a name of letters, digits and `_`{such}")
 def not_a_name(name: str, reserved: bool) -> Values:
     if reserved:
         return {"fault": "is a word of the language", "such": f", such as `{name}_`"}
@@ -16,8 +16,7 @@ def not_a_name(name: str, reserved: bool) -> Values:
 
 
 @error(
-    "BG134",
-    "`{name}` cannot be renamed: {reason}",
+    "BG134: `{name}` cannot be renamed: {reason}",
     "put the cursor on a name that one of your files declares",
 )
 def cannot_rename(name: str, reason: str) -> Values:
@@ -26,15 +25,13 @@ def cannot_rename(name: str, reason: str) -> Values:
 
 
 @error(
-    "BG135",
-    "`{old}` cannot be renamed to `{new}`: {why}",
+    "BG135: `{old}` cannot be renamed to `{new}`: {why}",
     "choose a name that is free here",
     labels={"others": "also here"},
 )
 def rename_conflict(old: str, new: str, span: Span, why: str, others: Sequence[Span]) -> None: ...
 @error(
-    "BG136",
-    "this is a bug in bgc: {reason}",
+    "BG136: this is a bug in bgc: {reason}",
     "report it with this file; edit on, the analysis starts again",
 )
 def analysis_failed(span: Span, reason: str) -> None: ...

@@ -7,15 +7,15 @@ from bgc.diagnostics.diagnostic import Label
 from bgc.diagnostics.source import Span
 
 
-@error("BG137", "{what}")
+@error("BG137: {what}")
 def not_importable(what: str, span: Span | None = None, help: str = "") -> None: ...
-@error("BG138", "{what}")
+@error("BG138: {what}")
 def wrong_value(span: Span | None, what: str, help: str) -> None: ...
-@warning("BG139", "{what}")
+@warning("BG139: {what}")
 def left_out(span: Span | None, what: str, help: str) -> None: ...
-@error("BG270", "{what}")
+@error("BG270: {what}")
 def wrong_structure(
     span: Span | None, what: str, help: str, labels: tuple[Label, ...] = ()
 ) -> None: ...
-@warning("BG549", "{what}", "check the inertia: it is imported as it is")
+@warning("BG549: {what}", "check the inertia: it is imported as it is")
 def odd_inertia(span: Span | None, what: str) -> None: ...

@@ -9,12 +9,11 @@ from bgc.diagnostics.source import Span
 
 
 @error(
-    "BG243",
-    "scene `{name}` names both a model and the scene `{base}`",
+    "BG243: scene `{name}` names both a model and the scene `{base}`",
     "write `scene {name} is {base} { .. }`: the model is that of `{base}`",
 )
 def model_and_base(span: Span, name: str, base: str) -> None: ...
-@error("BG244", "there is no scene `{name}`", "{there}")
+@error("BG244: there is no scene `{name}`", "{there}")
 def unknown_base_scene(
     span: Span, name: str, known: Sequence[str], is_model: bool = False
 ) -> Values:
@@ -24,30 +23,25 @@ def unknown_base_scene(
     return {"there": there, **nearest(name, known, span)}
 
 
-@error(
-    "BG245", "a scene extends itself: {line}", "give one of them a model by `of`, or another name"
-)
+@error("BG245: a scene extends itself: {line}", "give one of them a model by `of`, or another name")
 def scene_extends_itself(span: Span, names: Sequence[str]) -> Values:
     return {"line": " is ".join(names)}
 
 
 @error(
-    "BG246",
-    "two imported scenes are called `{name}`",
+    "BG246: two imported scenes are called `{name}`",
     "rename one of them, or import only one of the files",
     labels={"places": "declared here"},
 )
 def ambiguous_base_scene(span: Span, name: str, places: Sequence[Span]) -> None: ...
 @info(
-    "BG247",
-    "this {what} has no effect: `{path}` does not exist",
+    "BG247: this {what} has no effect: `{path}` does not exist",
     "nothing need be done; add a statement of the new model's own if one is wanted",
     note="`{slot}` is filled with another model than in the scene that has this statement",
 )
 def statement_dropped(span: Span, what: str, path: str, slot: str) -> None: ...
 @error(
-    "BG248",
-    "this scene extends more than {most} scenes by `is`",
+    "BG248: this scene extends more than {most} scenes by `is`",
     "let the scenes extend one common scene",
 )
 def too_many_bases(span: Span, most: int) -> None: ...

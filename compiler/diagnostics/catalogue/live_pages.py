@@ -8,19 +8,18 @@ from bgc.diagnostics.catalogue import Values, error, info
 
 
 @info(
-    "BG544",
-    "the page has no bond graph: the model has {bonds:,} bonds, and a page draws at most {most:,}",
+    "BG544: the page has no bond graph: the model has {bonds:,} bonds, and a page draws at "
+    "most {most:,}",
     "the page runs the model all the same; for its graph, build a page of a smaller model",
 )
 def page_without_graph(bonds: int, most: int) -> None: ...
 @error(
-    "BG545",
-    "a page that runs its model needs the package `ziglang`, which is missing",
+    "BG545: a page that runs its model needs the package `ziglang`, which is missing",
     'install it (`pip install "bgc-lang[zig]"`), or write a recorded run as one file '
     "with `bgc view FILE --export FILE.html`",
 )
 def page_needs_zig() -> None: ...
-@error("BG547", "{problem}")
+@error("BG547: {problem}")
 def page_not_compiled(compiler: str, output: str) -> Values:
     lines = output.splitlines()
     if any(line.startswith("Traceback ") for line in lines):
@@ -38,8 +37,7 @@ def page_not_compiled(compiler: str, output: str) -> Values:
 
 
 @error(
-    "BG548",
-    "a page cannot hold the solver `{solver}`, which belongs to another package",
+    "BG548: a page cannot hold the solver `{solver}`, which belongs to another package",
     "choose one of bgc's own methods in the scene: {methods:quoted}",
 )
 def solver_not_in_page(solver: str, methods: Sequence[str]) -> None: ...

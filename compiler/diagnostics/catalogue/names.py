@@ -15,7 +15,7 @@ _AFTER_COMMENTS = re.compile(r"\ufeff?(?:[ \t]*//(?!/)[^\n]*\n)*(?:[ \t]*\n)*")
 # --- declarations -----------------------------------------------------------------------
 
 
-@error("BG200", "`{name}` is declared twice", "rename one", labels={"first": "first declared here"})
+@error("BG200: `{name}` is declared twice", "rename one", labels={"first": "first declared here"})
 def duplicate_name(span: Span, name: str, first: Span | None) -> None: ...
 
 
@@ -30,16 +30,11 @@ def import_place(source: Source) -> Span:
 
 
 @error(
-    "BG201",
-    "there is no element, model or interface called `{name}`",
+    "BG201: there is no element, model or interface called `{name}`",
     "import the file that declares it",
 )
 def unknown_type(
-    span: Span,
-    name: str,
-    candidates: Iterable[str],
-    library: str | None = None,
-    advice: str = "",
+    span: Span, name: str, candidates: Iterable[str], library: str | None = None, advice: str = ""
 ) -> Values:
     # `advice` is that for a word of a textbook or of another tool, such as OneJunction.
     candidates = list(candidates)
@@ -53,7 +48,7 @@ def unknown_type(
     return {"help": near or advice, "edits": edits}
 
 
-@error("BG202", "there is no domain called `{name}`", "{there}")
+@error("BG202: there is no domain called `{name}`", "{there}")
 def unknown_domain(
     span: Span, name: str, candidates: Iterable[str], library: Mapping[str, str]
 ) -> Values:
@@ -66,34 +61,32 @@ def unknown_domain(
     return {"there": there, **nearest(name, candidates, span)}
 
 
-@error("BG203", "`{name}` is {what}, not a model", "name a model")
+@error("BG203: `{name}` is {what}, not a model", "name a model")
 def not_a_model(span: Span, name: str, what: str) -> None: ...
-@error("BG204", "a model extends itself: {line}", "remove one `is`")
+@error("BG204: a model extends itself: {line}", "remove one `is`")
 def inheritance_cycle(span: Span, names: Sequence[str]) -> Values:
     return {"line": " is ".join(names)}
 
 
 @error(
-    "BG205",
-    "`{name}` contains itself, {depth} levels deep",
+    "BG205: `{name}` contains itself, {depth} levels deep",
     "end the nesting by a dimension and `if n > 1 { .. }`, or use `for`",
     note="in `{path}..`",
 )
 def contains_itself(span: Span, name: str, path: str, depth: int) -> None: ...
 @error(
-    "BG206",
-    "`{name}` takes {expected}, not {given}",
+    "BG206: `{name}` takes {expected}, not {given}",
     "give as many dimensions in brackets as its declaration has",
 )
 def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> None: ...
-@error("BG207", "`{name}` is the name of an element", "give the model another name")
+@error("BG207: `{name}` is the name of an element", "give the model another name")
 def name_of_element(span: Span, name: str) -> None: ...
 
 
 # --- names in expressions and paths -----------------------------------------------------
 
 
-@error("BG210", "{owner} has no `{name}`", "{there}")
+@error("BG210: {owner} has no `{name}`", "{there}")
 def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Values:
     names = list(candidates)
     there = f"use one of its members: {quoted(names[:12])}"
@@ -102,9 +95,7 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
     return {"there": there, **nearest(name, names, span)}
 
 
-@error(
-    "BG211", "there is no `{name}` here", "declare it, or give its path, for example `boom.mass`"
-)
+@error("BG211: there is no `{name}` here", "declare it, or give its path, for example `boom.mass`")
 def unknown_name(
     span: Span, name: str, candidates: Iterable[str], advice: str = "", otherwise: str = ""
 ) -> Values:
@@ -113,11 +104,10 @@ def unknown_name(
     return {**near, "help": near["help"] or otherwise}
 
 
-@error("BG241", "the part `{name}` is declared with `=`", "write `{name} : {type_name}(..);`")
+@error("BG241: the part `{name}` is declared with `=`", "write `{name} : {type_name}(..);`")
 def part_by_equals(span: Span, name: str, type_name: str) -> None: ...
 @error(
-    "BG212",
-    "`{name}[{at}]` does not exist: `{name}` has {have}",
+    "BG212: `{name}[{at}]` does not exist: `{name}` has {have}",
     "use an index of the array: the first is 1; to make several parts use `for`, which "
     "includes both ends: `for i in 1..4 { mass[i] : I(m); }`",
 )
@@ -125,15 +115,14 @@ def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Val
     return {"at": ", ".join(map(str, index))}
 
 
-@error("BG213", "`{name}` needs an index: it is {have}", "write `{name}[1]`")
+@error("BG213: `{name}` needs an index: it is {have}", "write `{name}[1]`")
 def needs_index(span: Span, name: str, have: str) -> None: ...
 @error(
-    "BG214",
-    "a value is defined by itself: {names:path}",
+    "BG214: a value is defined by itself: {names:path}",
     "make one of them a `state`, or an `unknown` with an `equation`",
 )
 def defined_by_itself(span: Span, names: Sequence[str]) -> None: ...
-@error("BG218", "{kind} `{name}` has no value", labels={"asked": "declared here"})
+@error("BG218: {kind} `{name}` has no value", labels={"asked": "declared here"})
 def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Values:
     given = f"give it where the part is made: `({name} = ..)`"
     ways = {
@@ -146,16 +135,14 @@ def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Values:
     return {"help": ways.get(kind, f"write `{kind} {name} = ..;`")}
 
 
-@error(
-    "BG220", "`{name}` is given twice", "remove one of them", labels={"first": "first given here"}
-)
+@error("BG220: `{name}` is given twice", "remove one of them", labels={"first": "first given here"})
 def given_twice(span: Span, name: str, first: Span) -> None: ...
 
 
 # --- arguments --------------------------------------------------------------------------
 
 
-@error("BG230", "{owner} takes no argument `{name}`", "{there}")
+@error("BG230: {owner} takes no argument `{name}`", "{there}")
 def unknown_argument(
     span: Span, name: str, owner: str, candidates: Iterable[str], advice: str = ""
 ) -> Values:
@@ -168,8 +155,7 @@ def unknown_argument(
 
 
 @error(
-    "BG231",
-    "`{name}` is {kind:an} of the model and cannot be given from outside",
+    "BG231: `{name}` is {kind:an} of the model and cannot be given from outside",
     "declare a `param` in the model and use it there; only a param, const, input or slot "
     "can be given",
 )
@@ -178,37 +164,31 @@ def cannot_be_given(span: Span, name: str, kind: str, candidates: Iterable[str])
 
 
 @error(
-    "BG266",
-    "`{name}` must be {expected} as its default is, not {found}",
+    "BG266: `{name}` must be {expected} as its default is, not {found}",
     "give a value in the unit of the default, or a number alone in SI units",
     labels={"default": "the default"},
 )
 def replaces_other_unit(
     span: Span, name: str, expected: str, found: str, default: Span
 ) -> None: ...
-@error(
-    "BG232", "the arguments of {owner} must be given by name", "remove it: it takes no arguments"
-)
+@error("BG232: the arguments of {owner} must be given by name", "remove it: it takes no arguments")
 def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Values:
     names = quoted(f"{name} = .." for name in list(candidates)[:6])
     return {"help": f"write the name: {names}" if names else ""}
 
 
 @error(
-    "BG238",
-    "{kind:an} cannot be declared inside `for`",
+    "BG238: {kind:an} cannot be declared inside `for`",
     "declare it before the loop with a dimension, as `state x[3] = 0;`",
 )
 def misplaced_in_loop(span: Span, kind: str) -> None: ...
 @error(
-    "BG215",
-    "this model has more than {most} ancestors by `is`",
+    "BG215: this model has more than {most} ancestors by `is`",
     "write what they add as parts of one model",
 )
 def too_many_ancestors(span: Span, most: int) -> None: ...
 @error(
-    "BG249",
-    "the model's `{name}` has the name of a parameter that its parts use",
+    "BG249: the model's `{name}` has the name of a parameter that its parts use",
     "set the other one in the scene, `set {name} = ..;`, or rename the model's own",
     labels={"other": "the parts use this one"},
 )

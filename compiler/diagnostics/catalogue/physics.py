@@ -9,8 +9,7 @@ from bgc.diagnostics.source import Span
 
 
 @warning(
-    "BG445",
-    "the matrix of `{name}` is not symmetric{when}: entry [{row}, {column}] is "
+    "BG445: the matrix of `{name}` is not symmetric{when}: entry [{row}, {column}] is "
     "{entry:.6g}, [{column}, {row}] is {mirror:.6g}, a difference of {gap:.6g}",
     "correct the matrix, or give the energy, `{ H = ..; }`; to exchange power without "
     "storing it use an MGY with a skew matrix",
@@ -25,21 +24,18 @@ def not_symmetric(
 
 # Refuse parameters that make a symmetric matrix asymmetric (BG445), as the message says.
 @error(
-    "BG445",
-    "{message}",
+    "BG445: {message}",
     "set both entries to the same value, or compute both from one parameter in the model",
     note="the model is compiled for a symmetric matrix; without it storage has no energy",
 )
 def turned_asymmetric(span: Span, message: str) -> None: ...
 @warning(
-    "BG460",
-    "the {what} of `{name}` is negative{when}: {value:.6g}",
+    "BG460: the {what} of `{name}` is negative{when}: {value:.6g}",
     "change the sign; to supply power use a source, Se or Sf",
 )
 def negative_value(span: Span | None, name: str, what: str, value: float, when: str) -> None: ...
 @warning(
-    "BG461",
-    "the matrix of `{name}`, {kind:an} field, is not {must}{when}: it has {spectrum}",
+    "BG461: the matrix of `{name}`, {kind:an} field, is not {must}{when}: it has {spectrum}",
     "correct the matrix: all entries must refer to the same point and the same axes",
     note="{pair}",
 )
@@ -50,23 +46,20 @@ def indefinite_storage(
 
 
 @warning(
-    "BG462",
-    "`{name}` supplies power{power}: the symmetric part of its matrix has {spectrum}",
+    "BG462: `{name}` supplies power{power}: the symmetric part of its matrix has {spectrum}",
     "correct the entries, or omit their coupling: the symmetric part of a resistor's "
     "matrix is positive semidefinite",
     note="{pair}",
 )
 def active_field(span: Span, name: str, spectrum: str, power: str, pair: str) -> None: ...
 @warning(
-    "BG463",
-    "`{name}` supplies power: {at} its law gives {answer}, that is {power:.4g} W",
+    "BG463: `{name}` supplies power: {at} its law gives {answer}, that is {power:.4g} W",
     "write a law whose effort has the sign of its flow, for example `e = d*abs(f)*f`; "
     "model a constant part by a source, Se or Sf",
 )
 def active_law(span: Span, name: str, at: str, answer: str, power: float) -> None: ...
 @warning(
-    "BG464",
-    "the inertia of `{name}` is not positive {at}: {spectrum}",
+    "BG464: the inertia of `{name}` is not positive {at}: {spectrum}",
     "the energy must be convex in the momentum: check its signs",
 )
 def energy_not_convex(span: Span, name: str, spectrum: str, at: str) -> None: ...

@@ -10,27 +10,26 @@ from bgc.diagnostics.source import Span
 
 
 @error(
-    "BG762",
-    "device `{device}` gave a value that is not finite at t = {time:.9g} s; its force is zero",
+    "BG762: device `{device}` gave a value that is not finite at t = {time:.9g} s; its force "
+    "is zero",
     "check the device with its maker's tools, then its driver",
 )
 def bad_pose(time: float, device: str) -> None: ...
 @error(
-    "BG763",
-    "device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); its force is zero",
+    "BG763: device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); its "
+    "force is zero",
     'check the device and what sends its data; `--stale "0.5 s"` allows more time',
 )
 def device_stuck(time: float, device: str, stale: float) -> None: ...
 @error(
-    "BG764",
-    "{missed:,} of {samples:,} deadlines were missed up to t = {time:.9g} s; the force is zero",
+    "BG764: {missed:,} of {samples:,} deadlines were missed up to t = {time:.9g} s; the "
+    "force is zero",
     "take a cheaper method (`bgc trade`) or a longer step, or get real-time priority "
     "(`bgc doc BG766`)",
 )
 def too_late(time: float, missed: int, samples: int) -> None: ...
 @error(
-    "BG765",
-    "the loop did not run for {watchdog:.3g} s after t = {time:.9g} s{where}",
+    "BG765: the loop did not run for {watchdog:.3g} s after t = {time:.9g} s{where}",
     'look for what does not return; `--watchdog "0.5 s"` allows more time',
 )
 def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Values:
@@ -39,8 +38,7 @@ def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Values:
 
 
 @warning(
-    "BG766",
-    "{options} refused: other programs may delay the loop",
+    "BG766: {options} refused: other programs may delay the loop",
     "put `@haptic - rtprio 90` and `@haptic - memlock unlimited` into "
     "/etc/security/limits.d/90-haptic.conf, join that group and log in again",
 )
@@ -49,8 +47,7 @@ def not_realtime(refused: Sequence[str]) -> Values:
 
 
 @warning(
-    "BG767",
-    "{missed:,} of {samples:,} deadlines missed, policy {policy}{effect}",
+    "BG767: {missed:,} of {samples:,} deadlines missed, policy {policy}{effect}",
     "{first}take a cheaper method (`bgc trade`){second}",
 )
 def deadlines_missed(
@@ -62,36 +59,31 @@ def deadlines_missed(
 
 
 @warning(
-    "BG768",
-    "the recording lacks {count:,} samples: nobody took them in time",
+    "BG768: the recording lacks {count:,} samples: nobody took them in time",
     "a replay will differ; record to a faster disk",
 )
 def records_lost(count: int) -> None: ...
 # The same code, where a file cannot be written.
 @warning(
-    "BG768",
-    "the recording `{path}` ended early: {reason}; the loop went on",
+    "BG768: the recording `{path}` ended early: {reason}; the loop went on",
     "record to a disk with room",
 )
 def recording_ended(path: str, reason: str) -> None: ...
-@error("BG769", "the loop cannot start: {reason}", "change the scene or the option named")
+@error("BG769: the loop cannot start: {reason}", "change the scene or the option named")
 def cannot_start(reason: str) -> None: ...
 @error(
-    "BG775",
-    "the loop did not end within {seconds:.3g} s: a call of its driver does not return",
+    "BG775: the loop did not end within {seconds:.3g} s: a call of its driver does not return",
     "end the process, and make the driver's `read` and `write` return at once",
 )
 def thread_left(seconds: float) -> None: ...
 @error(
-    "BG776",
-    "`{given}` is not an overrun policy",
+    "BG776: `{given}` is not an overrun policy",
     "write `hold` (leave periods out), `skip` (catch up without the device) or `slow` "
     "(let simulated time run slower)",
 )
 def unknown_policy(span: Span, given: str) -> None: ...
 @error(
-    "BG777",
-    "{problem}",
+    "BG777: {problem}",
     '`model.realtime(devices={"hand": "pointer"})`; `pointer(.., device="hand")` where '
     "there are several",
 )
@@ -105,32 +97,31 @@ def no_pointer(device: str | None, have: Sequence[str]) -> Values:
 
 
 @error(
-    "BG779",
-    "device `{device}`, a Python object, failed: {reason}",
+    "BG779: device `{device}`, a Python object, failed: {reason}",
     "`read()` returns a mapping with `position` and so on; `write(..)` is optional",
 )
 def python_device_failed(device: str, reason: str) -> None: ...
 @warning(
-    "BG780",
-    "the force on `{device}` ({stiffness:.4g} N/m) needs a damping of {needed:.4g} N*s/m "
+    "BG780: the force on `{device}` ({stiffness:.4g} N/m) needs a damping of {needed:.4g} N*s/m "
     "to be passive; {have}",
     "lower the stiffness, sample faster, or use the guard `SampledPort` or `Observer`",
 )
 def not_passive(device: str, needed: float, damping: float, stiffness: float) -> Values:
-    some = f"the device has {damping:.3g}"
-    return {"have": some if damping else "more than a hand and a device have"}
+    return {
+        "have": f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
+    }
 
 
 @warning(
-    "BG781",
-    "the loop with `{device}` grows by a factor of {growth:.4g} each sample ({rate:.3g} 1/s)",
+    "BG781: the loop with `{device}` grows by a factor of {growth:.4g} each sample "
+    "({rate:.3g} 1/s)",
     "lower the stiffness, sample faster, or shorten the lag",
 )
 def loop_grows(device: str, growth: float, period: float) -> Values:
     return {"rate": (growth - 1.0) / period}
 
 
-@warning("BG782", "`{device}` {fault}", "set the `lag` of the port to the longest delay{more}")
+@warning("BG782: `{device}` {fault}", "set the `lag` of the port to the longest delay{more}")
 def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) -> Values:
     fault = f"does not say which force it held, and the sampled port `{port}` relies on it"
     if lag > known:
@@ -139,8 +130,7 @@ def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) ->
 
 
 @warning(
-    "BG783",
-    "`{device}` answered up to {lag:.3g} samples late, in {late:,} of {samples:,} "
+    "BG783: `{device}` answered up to {lag:.3g} samples late, in {late:,} of {samples:,} "
     "samples later than it states",
     "state `lag = {steps}` in the device and in its sampled port",
 )

@@ -21,8 +21,7 @@ def _few(words: str, states: Sequence[str]) -> str:
 
 
 @error(
-    "BG701",
-    "at t = {time:.9g} s no step is small enough for the tolerance{state}",
+    "BG701: at t = {time:.9g} s no step is small enough for the tolerance{state}",
     _FASTEST + "; loosen `rtol` if it is close to rounding (1e-15)",
 )
 def step_too_small(time: float, state: str | None) -> Values:
@@ -30,8 +29,7 @@ def step_too_small(time: float, state: str | None) -> Values:
 
 
 @error(
-    "BG702",
-    "too many steps between two rows at t = {time:.9g} s{state}",
+    "BG702: too many steps between two rows at t = {time:.9g} s{state}",
     "use a stiff method (`solver rodas5p`), a longer step or a looser tolerance",
 )
 def too_many_steps(time: float, state: str | None) -> Values:
@@ -39,8 +37,7 @@ def too_many_steps(time: float, state: str | None) -> Values:
 
 
 @error(
-    "BG703",
-    "a value is not finite after t = {time:.9g} s{state}",
+    "BG703: a value is not finite after t = {time:.9g} s{state}",
     "shorten the step or use a stiff method; guard laws that are undefined for some values",
 )
 def not_finite(time: float, state: str | None) -> Values:
@@ -48,8 +45,7 @@ def not_finite(time: float, state: str | None) -> Values:
 
 
 @error(
-    "BG704",
-    "the equations have no unique solution at t = {time:.9g} s{state}",
+    "BG704: the equations have no unique solution at t = {time:.9g} s{state}",
     "look for an equation that does not determine its unknown, or a ratio that is zero",
 )
 def singular(time: float, state: str | None) -> Values:
@@ -57,8 +53,7 @@ def singular(time: float, state: str | None) -> Values:
 
 
 @error(
-    "BG725",
-    "at t = {time:.6g} s {what} vanishes{at}: the equations divide by it",
+    "BG725: at t = {time:.6g} s {what} vanishes{at}: the equations divide by it",
     "add the small inertia or compliance that the part has before its modulus, or keep "
     "the model away from this position",
 )
@@ -69,14 +64,12 @@ def divisor_vanishes(
 
 
 @error(
-    "BG705",
-    "{message} (at t = {time:.9g} s)",
+    "BG705: {message} (at t = {time:.9g} s)",
     "change the inputs or parameters that lead there, or the model: this `assert` ended the run",
 )
 def assertion_failed(time: float, message: str, span: Span | None = None) -> None: ...
 @error(
-    "BG706",
-    "{device} reported a fault at t = {time:.9g} s; its forces are zero{why}",
+    "BG706: {device} reported a fault at t = {time:.9g} s; its forces are zero{why}",
     "check the device, then run again",
 )
 def device_failed(time: float, devices: Sequence[str], reason: str = "") -> Values:
@@ -88,28 +81,25 @@ def _device(names: Sequence[str]) -> str:
     return f"device `{names[0]}`" if len(names) == 1 else f"one of the devices {listed(names)}"
 
 
-@error("BG707", "{message}", "change {named}")
+@error("BG707: {message}", "change {named}")
 def parameters_refused(message: str, sources: Sequence[str] = ()) -> Values:
     return {"named": quoted(sources) or "the parameters that it depends on"}
 
 
 @error(
-    "BG708",
-    "there is no memory left for an instance of the model",
+    "BG708: there is no memory left for an instance of the model",
     "free some memory, or keep fewer models at once",
 )
 def no_memory() -> None: ...
-@error("BG709", "interrupted at t = {time:.9g} s; the rows up to there are kept")
+@error("BG709: interrupted at t = {time:.9g} s; the rows up to there are kept")
 def interrupted(time: float) -> None: ...
 @error(
-    "BG710",
-    "an explicit solver cannot solve equations that couple rates",
+    "BG710: an explicit solver cannot solve equations that couple rates",
     "use `solver rodas5p`, or `ros34prw` with a step",
 )
 def not_explicit() -> None: ...
 @error(
-    "BG711",
-    "at t = {time:.9g} s no values near the given ones satisfy the equations{state}{loop}",
+    "BG711: at t = {time:.9g} s no values near the given ones satisfy the equations{state}{loop}",
     "give `unknown NAME = VALUE;` a better starting value, or correct its equation; give "
     "a law that becomes flat, such as a blocking diode, a small slope",
 )
@@ -121,8 +111,7 @@ def inconsistent(time: float, state: str | None, through: Sequence[str] = ()) ->
 
 
 @error(
-    "BG715",
-    "at t = {time:.9g} s a law switches back and forth endlessly{by}",
+    "BG715: at t = {time:.9g} s a law switches back and forth endlessly{by}",
     "replace the jump by a steep slope, for example `sign(f)` by `tanh(f/v0)`, or put a "
     "stiff spring (a C) in series",
 )
@@ -131,8 +120,7 @@ def chattering(time: float, states: Sequence[str] = (), span: Span | None = None
 
 
 @error(
-    "BG714",
-    "at t = {time:.9g} s Newton's method did not converge in an implicit step",
+    "BG714: at t = {time:.9g} s Newton's method did not converge in an implicit step",
     "use a smaller step, or a method that does not iterate, such as `rodas5p`",
 )
 def not_converged(time: float) -> None: ...

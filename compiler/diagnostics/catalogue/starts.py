@@ -8,8 +8,7 @@ from bgc.diagnostics.catalogue import Values, error, listed
 
 
 @error(
-    "BG732",
-    "no state was found at which the initial values{of} hold",
+    "BG732: no state was found at which the initial values{of} hold",
     "give values that the laws reach, or defaults near the values that are used",
 )
 def no_start(names: Sequence[str]) -> Values:
@@ -17,20 +16,17 @@ def no_start(names: Sequence[str]) -> Values:
 
 
 @error(
-    "BG717",
-    "the modes faster than {frequency:g} Hz do not come to rest near the initial state",
+    "BG717: the modes faster than {frequency:g} Hz do not come to rest near the initial state",
     "give a frequency between the slow and the fast modes: `bgc equations --linear` lists them",
 )
 def not_settled(frequency: float) -> None: ...
 @error(
-    "BG718",
-    "fast and slow modes cannot be separated: some rates are undetermined",
+    "BG718: fast and slow modes cannot be separated: some rates are undetermined",
     "omit `settle`, or write each rate as `der(x) = ..;`",
 )
 def not_separable() -> None: ...
 @error(
-    "BG760",
-    "there is no state of rest near the initial values: {shown}{more}",
+    "BG760: there is no state of rest near the initial values: {shown}{more}",
     "hold what these states belong to, or free a parameter that balances them: `start "
     "rest vary drive.torque;`",
 )
@@ -45,14 +41,12 @@ def _rate_unit(unit: str) -> str:
 
 
 @error(
-    "BG761",
-    "no state of rest near the initial values keeps what `hold` names",
+    "BG761: no state of rest near the initial values keeps what `hold` names",
     "hold less, or free a parameter by `vary`",
 )
 def rest_not_found() -> None: ...
 @error(
-    "BG773",
-    "the way from the initial values to the state of rest is too long to follow",
+    "BG773: the way from the initial values to the state of rest is too long to follow",
     "give initial values that are nearer to it",
 )
 def rest_too_far() -> None: ...

@@ -6,18 +6,16 @@ from bgc.diagnostics.catalogue import error
 
 
 @error(
-    "BG087",
-    "`{text}` is not a valid `--drive`",
+    "BG087: `{text}` is not a valid `--drive`",
     "write NAME=LOW..HIGH, NAME=LOW..HIGH:COUNT or NAME=VALUE, VALUE",
 )
 def not_a_drive(text: str) -> None: ...
 @error(
-    "BG088", "{scene:scene} observes nothing that can be judged", "add `observe NAME;` to the scene"
+    "BG088: {scene:scene} observes nothing that can be judged", "add `observe NAME;` to the scene"
 )
 def nothing_to_judge(scene: str) -> None: ...
 @error(
-    "BG089",
-    "the scene does not run: {message}",
+    "BG089: the scene does not run: {message}",
     "run it with `bgc run` and fix the error that it reports",
 )
 def nominal_run_failed(message: str) -> None: ...

@@ -11,7 +11,7 @@ from bgc.diagnostics.source import Span
 # --- units ------------------------------------------------------------------------------
 
 
-@error("BG301", "`{text}` is not a unit")
+@error("BG301: `{text}` is not a unit")
 def unknown_unit(
     span: Span, text: str, suggestion: str, product: str = "", conversion: str = ""
 ) -> Values:
@@ -29,12 +29,12 @@ def unknown_unit(
     return {"edits": edits, "help": way_out}
 
 
-@error("BG268", "a unit has no parentheses", "write `{spelled}`: each `/` divides by one word")
+@error("BG268: a unit has no parentheses", "write `{spelled}`: each `/` divides by one word")
 def unit_with_parentheses(span: Span, spelled: str) -> Values:
     return {"edits": [Edit(span, spelled)]}
 
 
-@error("BG303", "{problem}{place}", "give both quantities units of the same kind")
+@error("BG303: {problem}{place}", "give both quantities units of the same kind")
 def cannot_combine(
     operator: str,
     context: str,
@@ -61,26 +61,22 @@ def cannot_combine(
 
 
 @error(
-    "BG304",
-    "{what} must be a plain number or an angle, not {found}",
+    "BG304: {what} must be a plain number or an angle, not {found}",
     "divide it by a reference of the same kind",
 )
 def needs_plain_number(span: Span, what: str, found: str) -> None: ...
 @error(
-    "BG305",
-    "the exponent of {base} must be a constant of at most 100",
+    "BG305: the exponent of {base} must be a constant of at most 100",
     "use a number, or divide the base by a reference of its kind to make it a plain number",
 )
 def needs_constant_exponent(span: Span, base: str) -> None: ...
 @error(
-    "BG306",
-    "{what} must be {expected}, not {found}",
+    "BG306: {what} must be {expected}, not {found}",
     "give a value in a matching unit; a number without a unit is taken in SI units",
 )
 def wrong_unit(span: Span, what: str, expected: str, found: str) -> None: ...
 @error(
-    "BG307",
-    "the terms of this product are of different kinds: {one} and {two}",
+    "BG307: the terms of this product are of different kinds: {one} and {two}",
     "check the order of the components, and their units",
 )
 def mixed_terms(span: Span, one: str, two: str) -> None: ...
@@ -96,38 +92,32 @@ def mixed_terms(span: Span, one: str, two: str) -> None: ...
 
 
 @error(
-    "BG330",
-    "{what} must be known at compile time",
+    "BG330: {what} must be known at compile time",
     "declare it with `const`, or as a dimension of the model",
 )
 def not_constant(span: Span, what: str) -> None: ...
 @error(
-    "BG331",
-    "{what} must be a whole number from {least} to {most}, not {found}",
+    "BG331: {what} must be a whole number from {least} to {most}, not {found}",
     "use `floor` or `ceil` to round, and a value in that range",
 )
 def not_whole(span: Span, what: str, least: int, most: int, found: str) -> None: ...
 @error(
-    "BG332",
-    "{what} must be {allowed}, but this {found}",
+    "BG332: {what} must be {allowed}, but this {found}",
     "declare the varying value with `let` or `signal`",
 )
 def varies(span: Span, what: str, allowed: str, found: str, help: str = "") -> None: ...
 @error(
-    "BG333",
-    "this number is out of range",
+    "BG333: this number is out of range",
     "check exponents and units: numbers lie between about 4.9e-324 and 1.8e308",
 )
 def out_of_range(span: Span) -> None: ...
 @error(
-    "BG334",
-    "this divides by zero",
+    "BG334: this divides by zero",
     "correct the divisor; the branch of a constant `if` that is not taken is ignored",
 )
 def division_by_zero(span: Span) -> None: ...
 @error(
-    "BG335",
-    "the value of this constant is not a number",
+    "BG335: the value of this constant is not a number",
     "correct the argument of the function or power",
 )
 def not_a_number(span: Span) -> None: ...
@@ -136,9 +126,9 @@ def not_a_number(span: Span) -> None: ...
 # --- parts and functions ----------------------------------------------------------------
 
 
-@error("BG340", "{what} is not a value", "name one of its values, for example `coil.p`")
+@error("BG340: {what} is not a value", "name one of its values, for example `coil.p`")
 def not_a_value(span: Span, what: str) -> None: ...
-@error("BG341", "there is no function called `{name}`", "declare it: `function {name}(x) = ..;`")
+@error("BG341: there is no function called `{name}`", "declare it: `function {name}(x) = ..;`")
 def unknown_function(span: Span, name: str, near: Iterable[str], instead: str = "") -> Values:
     # `instead` is the answer to a function of another tool, such as pow.
     if instead:
@@ -147,16 +137,14 @@ def unknown_function(span: Span, name: str, near: Iterable[str], instead: str = 
 
 
 @error(
-    "BG342",
-    "`{name}` is a value, not a function",
+    "BG342: `{name}` is a value, not a function",
     "write `{name}*(..)` for a product, `{name}[..]` for a component",
 )
 def called_value(span: Span, name: str) -> None: ...
-@error("BG343", "`{function}` takes {expected}, not {found}", "give all arguments, by position")
+@error("BG343: `{function}` takes {expected}, not {found}", "give all arguments, by position")
 def wrong_argument_count(span: Span, function: str, expected: str, found: int) -> None: ...
 @error(
-    "BG344",
-    "the function `{name}` calls itself{through}",
+    "BG344: the function `{name}` calls itself{through}",
     "write the repetition as a sum, or with `for`",
 )
 def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Values:
@@ -165,15 +153,13 @@ def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Values:
 
 
 @error(
-    "BG345",
-    "`der(x)` is allowed only in `der(x) = ..;` and in an `equation`",
+    "BG345: `der(x)` is allowed only in `der(x) = ..;` and in an `equation`",
     "use the right-hand side of its equation, or write an `equation`; in elements `p' = "
     "e` and `q' = f`: the acceleration of `body : I(m)` is `body.e/m`",
 )
 def misplaced_derivative(span: Span) -> None: ...
 @error(
-    "BG346",
-    "`der` takes a declared state, or a component of one",
+    "BG346: `der` takes a declared state, or a component of one",
     "write the derivative out, for example `2*der(x)`",
 )
 def derivative_of_expression(span: Span) -> None: ...
@@ -183,14 +169,12 @@ def derivative_of_expression(span: Span) -> None: ...
 
 
 @error(
-    "BG350",
-    "this matrix is singular and has no inverse",
+    "BG350: this matrix is singular and has no inverse",
     "give a singular matrix as `C(stiffness = ..)` or `R(conductance = ..)`",
 )
 def singular_matrix(span: Span) -> None: ...
 @error(
-    "BG351",
-    "`inv` takes a matrix of constants and parameters only",
+    "BG351: `inv` takes a matrix of constants and parameters only",
     "use an `unknown` and an `equation`, or `transpose` of a rotation",
 )
 def varying_inverse(span: Span) -> None: ...

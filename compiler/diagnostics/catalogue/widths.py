@@ -10,8 +10,7 @@ from bgc.diagnostics.source import Span
 
 
 @error(
-    "BG410",
-    "a bond connects the widths {one} and {two}",
+    "BG410: a bond connects the widths {one} and {two}",
     "correct one of them; a `Mux` joins bonds, and a slice such as `hub[1..3]` selects a part",
 )
 def widths_differ(
@@ -27,24 +26,22 @@ def widths_differ(
 
 
 @error(
-    "BG411",
-    "the bonds at `{name}` have widths {found}, but must add up to {total}",
+    "BG411: the bonds at `{name}` have widths {found}, but must add up to {total}",
     "correct the widths or the number of bonds",
 )
 def widths_do_not_add_up(span: Span, name: str, total: int, parts: Sequence[int]) -> Values:
     return {"found": " + ".join(map(str, parts)) or "0"}
 
 
-@error("BG412", "there is no component {component} in `{name}`", "use components from 1 to {width}")
+@error("BG412: there is no component {component} in `{name}`", "use components from 1 to {width}")
 def slice_outside(span: Span, name: str, component: int, width: int) -> None: ...
-@error("BG413", "a bond connects the domains `{one}` and `{two}`", "put a TF or GY between them")
+@error("BG413: a bond connects the domains `{one}` and `{two}`", "put a TF or GY between them")
 def domains_differ(span: Span, one: str, one_at: Span, two: str, two_at: Span) -> Values:
     return {"labels": [Label(one_at, one), Label(two_at, two)]}
 
 
 @error(
-    "BG414",
-    "the {variable} of `{name}` would be both {one} and {two}",
+    "BG414: the {variable} of `{name}` would be both {one} and {two}",
     "correct one of the units, or put a TF or GY between two domains; if effort times "
     "flow is not a power (temperature, heat flow), use a port of a `pseudo domain`",
 )
@@ -57,7 +54,7 @@ def units_differ(
     return {"labels": labels}
 
 
-@error("BG423", "on `{name}` the unit of the {argument} must be that of {wanted}, not of {given}")
+@error("BG423: on `{name}` the unit of the {argument} must be that of {wanted}, not of {given}")
 def unit_misfit(
     span: Span,
     name: str,
@@ -80,20 +77,17 @@ def unit_misfit(
 
 
 @error(
-    "BG415",
-    "domain `{name}` has {efforts:counted effort} and {flows:counted flow}",
+    "BG415: domain `{name}` has {efforts:counted effort} and {flows:counted flow}",
     "give both the same number of components, in the same order",
 )
 def domain_unbalanced(span: Span, name: str, efforts: int, flows: int) -> None: ...
 @error(
-    "BG416",
-    "effort times flow of component {component} of `{name}` is {found}, not a power",
+    "BG416: effort times flow of component {component} of `{name}` is {found}, not a power",
     "correct the units, or write `pseudo domain`",
 )
 def domain_no_power(span: Span, name: str, component: int, found: str) -> None: ...
 @error(
-    "BG417",
-    "`{model}` is a `{interface}[{has}]`, but the slot needs a `{interface}[{needs}]`",
+    "BG417: `{model}` is a `{interface}[{has}]`, but the slot needs a `{interface}[{needs}]`",
     "give it the slot's dimensions",
     labels={"place": "the slot"},
 )
