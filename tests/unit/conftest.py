@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_void_p
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ import pytest
 
 import bgc.runtime
 from bgc.building.build import runtime_sources
-from bgc.runtime.running.structures import CountsStruct, Status
+from bgc.runtime.running.structures import CountsStruct, OptionsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"
@@ -27,20 +27,6 @@ WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wdouble-promotio
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-ffp-contract=off")
 
 Floats = npt.NDArray[np.float64]
-
-
-class Options(ctypes.Structure):
-    _fields_ = (
-        ("name", c_char_p),
-        ("rtol", c_double),
-        ("atol", c_double),
-        ("step", c_double),
-        ("max_step", c_double),
-        ("max_steps", c_long),
-        ("keep", c_int),
-        ("accounts", c_int),
-        ("substeps", c_int),
-    )
 
 
 class Instance:
@@ -72,7 +58,9 @@ class Instance:
     def options(self, name: str | None = None, accounts: bool = False, **values: float) -> str:
         self.accounts = accounts
         encoded = None if name is None else name.encode()
-        return self.call("bgc_set_options", byref(Options(encoded, accounts=accounts, **values)))
+        return self.call(
+            "bgc_set_options", byref(OptionsStruct(encoded, accounts=accounts, **values))
+        )
 
     def start(self, name: str | None = None, accounts: bool = False, **values: float) -> None:
         """Reset at time 0, with options."""
