@@ -20,8 +20,8 @@ double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
     }
     d1 = bgc_norm(m, d, d->point, d->x, d->x);
     h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
-    if (d->core.max_step > 0.0) {
-        h0 = fmin(h0, d->core.max_step);
+    if (d->core.given.max_step > 0.0) {
+        h0 = fmin(h0, d->core.given.max_step);
     }
 
     /* The second derivative, by a difference of f over that step. */

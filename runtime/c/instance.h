@@ -109,9 +109,10 @@ typedef struct {
 typedef struct {
     bgc_counts counts;
 
+    bgc_options given; /* without the name */
     /* Options, with the defaults filled in. */
     int method, keep, accounts;
-    double rtol, atol, step, max_step;
+    double rtol, atol, step;
     long max_steps;
     int substeps;              /* attempts in a sample after the first, and their tolerances */
     double sub_rtol, sub_atol;

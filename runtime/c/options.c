@@ -107,13 +107,14 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     }
 
     /* Options, with the defaults filled in. */
+    core->given = *o;
+    core->given.name = NULL;
     core->method = method;
     core->substeps = o->substeps > 0 ? o->substeps : bgc_methods[method].substeps;
     core->rtol = o->rtol > 0.0 && !fixed ? o->rtol : 1e-6;
     core->atol = fixed ? 0.0 : o->atol;
     core->sub_rtol = o->rtol > 0.0 ? o->rtol : 1e-3;
     core->sub_atol = o->atol;
-    core->max_step = o->max_step;
     core->max_steps = o->max_steps > 0 ? o->max_steps : 10000000;
     core->keep = o->keep > 0 ? o->keep : 1;
     core->accounts = o->accounts != 0 && m->energy != NULL;

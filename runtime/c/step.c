@@ -231,7 +231,8 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* The next step that is tried, which ends at the next sample or instant at the latest. */
 static double limit_step(const bgc_core *core, double *t_new) {
-    const double h = core->max_step > 0.0 ? fmin(core->h_next, core->max_step) : core->h_next;
+    const double most = core->given.max_step;
+    const double h = most > 0.0 ? fmin(core->h_next, most) : core->h_next;
 
     return bgc_limit_step(core->t, h, fmin(core->due, core->stop), t_new);
 }

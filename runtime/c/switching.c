@@ -59,7 +59,7 @@ void bgc_reset_choice(const bgc_model *m, bgc_data *d) {
 
 /* The largest step that the options and samples permit, at most h. */
 static double permitted(const bgc_core *option, double h) {
-    const double most = option->max_step > 0.0 ? fmin(h, option->max_step) : h;
+    const double most = option->given.max_step > 0.0 ? fmin(h, option->given.max_step) : h;
 
     return option->period > 0.0 ? fmin(most, option->period) : most;
 }

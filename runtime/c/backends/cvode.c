@@ -343,7 +343,7 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
         CVodeSVtolerances(memory, core->rtol, atol);
         CVodeSetUserData(memory, &q);
         CVodeSetMaxNumSteps(memory, -1);
-        CVodeSetMaxStep(memory, core->max_step);
+        CVodeSetMaxStep(memory, core->given.max_step);
         CVodeSetInitStep(memory, core->step);
         CVodeSetLinearSolver(memory, solver, A);
         CVodeSetJacFn(memory, jacobian);

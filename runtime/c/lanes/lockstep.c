@@ -237,7 +237,7 @@ static void attempt_adaptive(bgc_batch *b) {
     if (b->h_next <= 0.0) {
         b->h_next = first_step(b);
     }
-    h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
+    h = b->option->given.max_step > 0.0 ? fmin(b->h_next, b->option->given.max_step) : b->h_next;
     h = bgc_limit_step(b->t, h, due, &t_new);
     resolved = resolved_by_all(b, h);
     if (resolved < h) {
