@@ -46,10 +46,8 @@ def read_solver(given: Mapping[str, Any]) -> Solver:
             continue
         if option.kind is float:
             value = in_si(value, keyword, option.unit or "")
-        if option.kind in (float, int):
-            problem = option.problem(keyword, value)
-            if problem is not None:
-                raise BgError([problem])
+        if option.kind in (float, int) and (problem := option.problem(keyword, value)):
+            raise BgError([problem])
         values[name] = value
     return Solver(**values)
 
@@ -64,8 +62,7 @@ def with_solver_keywords(function: _Function) -> _Function:
     shown = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
     text, options = "", options_of(Solver, Where.PYTHON).values()
     for option in options:
-        kind = SolverKeywords.__annotations__[option.keyword]
-        kind = getattr(kind, "__forward_arg__", kind)
+        kind = getattr(SolverKeywords.__annotations__[option.keyword], "__forward_arg__", "")
         keyword_only = inspect.Parameter.KEYWORD_ONLY
         shown.append(inspect.Parameter(option.keyword, keyword_only, default=None, annotation=kind))
         meaning = f"{option.help} By default {option.default}."
