@@ -55,6 +55,12 @@ class Solver:
         example='"5 ms"',
         serves=lambda solver: not solver.fixed,
     )
+    min_step: float = option(
+        "least step of an adaptive method: one that needs a shorter step ends the run (BG701)",
+        unit="s",
+        example='"1 us"',
+        serves=lambda solver: solver.name in METHODS and not solver.fixed,
+    )
     max_steps: int = option(
         "most steps between two rows", of=0, kind=int, high=2e9, default="1e7", where=_IN_TEXT
     )
@@ -125,6 +131,7 @@ class SolverKeywords(TypedDict, total=False):
     atol: float | str | None
     step: float | str | None
     max_step: float | str | None
+    min_step: float | str | None
     substeps: int | None
     settle: float | str | None
     start: Literal["rest", "given"] | None

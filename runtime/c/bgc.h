@@ -429,6 +429,7 @@ typedef struct {
                        * state has reached its scale (scale_reached below) */
     double step;       /* fixed step, or first step of an adaptive method; 0: the scene's, or chosen */
     double max_step;   /* 0: none */
+    double min_step;   /* error control that asks for a shorter step ends the run; 0: none */
     int max_steps;     /* between two rows; 0: 10 million */
     int keep;          /* fixed steps that one factorisation serves; 0: 1 */
     int substeps;      /* a fixed step whose error is above rtol (0: 1e-3) and atol (as above, of the

@@ -384,7 +384,8 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next = bgc_limit_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
-    if (core->rejected && bgc_is_too_short(core->t, h)) {
+    if (core->rejected &&
+        (bgc_is_too_short(core->t, h) || core->h_next < core->given.min_step)) {
         return core->reason;
     }
     resolved = bgc_limit_for_time(m, d, core->t, h);

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+import bgc
 from bgc.building.build import Unit, build_shared_object
 from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
@@ -304,3 +305,25 @@ def test_another_version_of_the_interface_is_refused(library, monkeypatch, tmp_p
         binding.Library(tmp_path / "copy.so")
     assert code_of(error) == "BG059"
     assert "99" in error.value.diagnostics[0].message
+
+
+STIFF = """
+model Stiff { param k = 1; state x = 1; der(x) = -k*(x - cos(time)); }
+scene s of Stiff { observe x; solver rodas5p; run 1 s every 0.1 s; }
+"""
+
+
+def test_a_step_below_the_least_ends_a_run_alone_and_in_a_batch(tmp_path):
+    (tmp_path / "m.bg").write_text(STIFF)
+    model = bgc.compile(tmp_path / "m.bg")
+    values = {"k": [1.0, 2.0, 4.0, 1e5]}
+    runs = model.simulate_many(values, solver="dopri5")
+    assert runs.together and not runs.failures
+    ended = model.simulate_many(values, solver="dopri5", min_step="0.1 ms")
+    assert {k: failure.code for k, failure in ended.failures.items()} == {3: "BG701"}
+    assert ended["x"][:3] == pytest.approx(runs["x"][:3], rel=1e-4)
+    with pytest.raises(SimulationError) as caught:
+        model.simulate(solver="dopri5", min_step=1e-4, parameters={"k": 1e5})
+    assert code_of(caught) == "BG701"
+    alone, least = (model.simulate(solver="dopri5", min_step=h) for h in (None, 1e-4))
+    assert (alone["x"] == least["x"]).all()  # its steps are longer

@@ -244,7 +244,8 @@ static void attempt_adaptive(bgc_batch *b) {
         h = resolved;
         t_new = b->t + h;
     }
-    if (b->rejected && bgc_is_too_short(b->t, h)) {
+    if (b->rejected &&
+        (bgc_is_too_short(b->t, h) || b->h_next < b->option->given.min_step)) {
         b->active &= ~b->at_fault;
         b->rejected = 0;
         return;
