@@ -3,7 +3,7 @@
 import os
 import re
 import sys
-import traceback
+from functools import cache
 from importlib import import_module
 from keyword import iskeyword
 from pathlib import Path
@@ -29,6 +29,7 @@ TITLES = ("Write and check", "Run", "Understand", "Linear models", "Measure")
 _FIRST_LINE = re.compile(r'"""(.+) (\d+): (.+)\."""')
 
 
+@cache
 def command_groups() -> dict[str, dict[str, str]]:
     """Texts of all commands by name, in titled groups; no command is loaded.
 
@@ -100,7 +101,7 @@ class Application(click.Group):
         except (OSError, MemoryError) as problem:
             discard_output()
             if os.environ.get("BGC_DEBUG"):
-                traceback.print_exc()
+                sys.excepthook(type(problem), problem, problem.__traceback__)
             print_diagnostics([_refused(problem)])
             status = AT_FAULT
         except Exception as problem:
@@ -172,7 +173,7 @@ def _refused(problem: OSError | MemoryError) -> Diagnostic:
 def _report_bug(problem: Exception) -> int:
     """Report an error of bgc itself, with the traceback if BGC_DEBUG is set."""
     if os.environ.get("BGC_DEBUG"):
-        traceback.print_exc()
+        sys.excepthook(type(problem), problem, problem.__traceback__)
     else:
         print_text(
             f"this is a bug in bgc: {type(problem).__name__}: {problem}\n"

@@ -8,7 +8,7 @@ from bgc.diagnostics.catalogue.reference import bad_new_name, file_exists
 from bgc.grammar.words import RESERVED
 from bgc.language.elements import ELEMENTS
 from bgc.reference.library import declarations
-from bgc.runtime.cli.command import argument, command, option, require
+from bgc.runtime.cli.command import Target, argument, command, option, require
 from bgc.runtime.cli.printing import print_text, write_file
 from bgc.runtime.documents.templates import render_template
 
@@ -40,6 +40,7 @@ def new(
     path = Path(name if name.endswith(".bg") else f"{name}.bg")
     is_name = _NAME.fullmatch(path.stem) and path.stem not in RESERVED
     require(is_name, bad_new_name(name, path.stem))
+    Target(".bg").convert(str(path), None, None)  # refuses a folder that does not exist
     require(not path.exists(), file_exists(str(path)))
     text = render_template(
         f"{template}.bg.j2", model=_model_name(path.stem), scene=path.stem, file=path.name

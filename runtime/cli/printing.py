@@ -1,6 +1,5 @@
 """What commands print, write and return: tables, diagnostics, files, exit statuses."""
 
-import csv
 import io
 import os
 import re
@@ -10,13 +9,15 @@ import textwrap
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.exceptions import Exit
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.printing.tables import Table, fitted, parted, table_text
+
+if TYPE_CHECKING:
+    from bgc.printing.tables import Table
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
 """Exit statuses; see `bgc.runtime.cli.main`."""
@@ -78,7 +79,7 @@ def attempt(run: Callable[[], Any], interrupted: str = "") -> tuple[Any, int]:
 
 def report(
     found: Any,
-    tables: Iterable[Table],
+    tables: "Iterable[Table]",
     out: str | None = None,
     plot: str | None = None,
     *written: str | None,
@@ -109,6 +110,9 @@ def save(
 
 def write_rows(out: str, rows: Iterable[Iterable[object]]) -> None:
     """Write rows as CSV to a file, or to standard output (-)."""
+    # `bgc --help` does without it.
+    import csv
+
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     if out == "-":
@@ -137,11 +141,14 @@ def print_paths(paths: Iterable[str | Path]) -> None:
         click.echo(os.fsencode(path))
 
 
-def print_tables(tables: Iterable[Table]) -> None:
+def print_tables(tables: "Iterable[Table]") -> None:
     """Print tables in order: with rules and colours on a terminal, else as text.
 
     A table without rows and note is left out.
     """
+    # `bgc --help` does without it.
+    from bgc.printing.tables import table_text
+
     plain = not sys.stdout.isatty() or os.environ.get("TERM") == "dumb"
     for number, table in enumerate(each for each in tables if each.rows or each.note):
         if number:
@@ -191,12 +198,14 @@ def text_width() -> int:
     return shutil.get_terminal_size((_PIPE_WIDTH, 24)).columns
 
 
-def _print_rich(table: Table) -> None:
+def _print_rich(table: "Table") -> None:
     # Slow to load, and output to a pipe does without it.
     from rich import box
     from rich.console import Console
     from rich.table import Table as RichTable
     from rich.text import Text
+
+    from bgc.printing.tables import fitted, parted, table_text
 
     console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
     room = console.width + 1
@@ -230,7 +239,7 @@ def _print_rich(table: Table) -> None:
             console.print(Text(line), soft_wrap="`" in line)
 
 
-def _unbroken_widths(table: Table) -> list[int | None]:
+def _unbroken_widths(table: "Table") -> list[int | None]:
     """The width of each column whose cells are not broken: numbers, names; None for sentences."""
     if not table.rows:
         return []

@@ -105,7 +105,8 @@ def test_a_folder_may_be_named_and_must_exist(folder):
     (folder / "sub").mkdir()
     assert run("new", "sub/one.bg").exit_code == 0
     assert (folder / "sub" / "one.bg").is_file()
-    assert "error[BG055]" in run("new", "none/one").stderr
+    stderr = run("new", "none/one").stderr
+    assert "error[BG055]" in stderr and "there is no such directory" in stderr
 
 
 def test_an_unknown_template_is_wrong_usage(folder):

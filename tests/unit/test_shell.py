@@ -1,6 +1,7 @@
 """The installation as a shell uses it: version, completion, manual page."""
 
 import json
+import re
 import shutil
 import subprocess
 from importlib import metadata
@@ -47,6 +48,14 @@ def test_a_shell_completes_commands_options_and_scenes():
     assert "--solver" in completed("run", "--s")
     assert completed("run", str(CRANE), "--scene", "e") == ["elevation_force"]
     assert completed("run", str(CRANE.with_name("none.bg")), "--scene", "e") == []
+
+
+def test_every_command_is_listed_by_the_first_line_of_its_module():
+    """A module whose first line has a wrong group or form would be no command."""
+    folder = Path(bgc.runtime.__path__[0]) / "cli"
+    texts = [path.read_text("utf-8") for path in folder.glob("*.py")]
+    made = {found[1] for text in texts if (found := re.search(r"\n@command.*\ndef ([a-z]+)", text))}
+    assert made == {name for commands in command_groups().values() for name in commands}
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
