@@ -6,12 +6,12 @@ A row decorates the signature of its parameters, and is called with them::
     def law_missing(span: Span, name: str, kind: str, way: str) -> None: ...
 
 The first text is the code and the message, the second the help. The type checker compares each
-call with the signature. In a text `{name}` is the value of a
-parameter, `{step:.3g}` the value as `format` writes it, `{names:listed}` and `{kind:an}` its
-form in words (`FORMS`), and `{runs:counted run}` a number with its noun. Other braces stand for
-themselves. A parameter named `span`, `note`, `labels`, `help` or `edits` is that field of the
-diagnostic; the text of the row, if there is one, is used where it is empty. `labels` of a row
-gives the text at each parameter that is a span, or a sequence of spans.
+call with the signature. In a text `{name}` is the value of a parameter, `{step:.3g}` the value as
+`format` writes it, `{names:listed}` and `{kind:an}` its form in words (`FORMS`), and
+`{runs:counted run}` a number with its noun. Other braces stand for themselves. A parameter named
+`span`, `note`, `labels`, `help` or `edits` is that field of the diagnostic; the text of the row,
+if there is one, is used where it is empty. `labels` of a row gives the text at each parameter
+that is a span, or a sequence of spans.
 
 A row that has to compute returns further values by name, or other values of its parameters.
 """
