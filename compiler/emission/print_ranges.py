@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bgc.algebra.dag import TABLE_OPS, Op
-from bgc.algebra.operation import Bounds, Operation
+from bgc.algebra.operation import Bounds
 from bgc.algebra.operations import ROWS
-from bgc.emission.print_c import ATOM, HELPERS, Numbers, Printer
+from bgc.emission.print_c import ATOM, Numbers, Printer
 from bgc.ir.graph import Node
 
 _MUL, _SYMBOL = int(Op.MUL), int(Op.SYMBOL)
@@ -55,11 +55,6 @@ class RangePrinter(Printer):
                 case Bounds.UNKNOWN:
                     return "bgc_range_unknown()", ATOM
         return f"bgc_range_{name}({', '.join(operands)})", ATOM
-
-    def _function(self, row: Operation) -> str:
-        if row.c in HELPERS:
-            self.helpers.add(row.c)
-        return row.c
 
 
 RANGES = Numbers("bgc_range", "ranges", "bgc_model", "bgc_range_", 100, 16, RangePrinter)

@@ -39,7 +39,6 @@ _KINDS: dict[str, dict[str, float | None]] = {
     "BioChem/Ce": {"k": 1.0, "R": 8.314, "T": 300.0},
 }
 _SINKS = ("base/R", "base/C", "base/I", "elec/Di", "BioChem/Ce")  # take the arrow
-_SOURCES = ("base/Se", "base/Sf")
 _TWO_PORTS = ("base/TF", "base/GY")
 
 

@@ -21,7 +21,6 @@ from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, Observation, Slot
 from bgc.options import Options
-from bgc.printing.draw import Drawing as Drawn
 from bgc.printing.draw import DrawnNode, View, drawing, lay_out, part_paths, to_dot
 from bgc.runtime.view.description import Description
 from bgc.runtime.view.layered import layered
@@ -125,7 +124,7 @@ def _layout(causal: CausalGraph, view: View) -> Description:
     try:
         placed = json.loads(lay_out(to_dot(causal, view, marked=True), "json"))
     except BgError:
-        _place_layered(found, nodes, edges, index)
+        _place_layered(nodes, edges)
     else:
         clusters = _place_by_graphviz(placed, nodes, edges, index)
     return {
@@ -156,9 +155,7 @@ def _size(node: DrawnNode) -> tuple[float, float]:
     return max(5.0 * len(name), 9.0 * len(node.label)) + 8, 34.0 if node.label else 18.0
 
 
-def _place_layered(
-    found: Drawn, nodes: list[Description], edges: list[Description], index: dict[int, int]
-) -> None:
+def _place_layered(nodes: list[Description], edges: list[Description]) -> None:
     pairs = [(edge["tail"], edge["head"]) for edge in edges]
     at, curves = layered([node["size"] for node in nodes], pairs)
     for node, place in zip(nodes, at, strict=True):
