@@ -166,6 +166,11 @@ class Dag:
                     stack.append(operand)
         return sorted(seen)
 
+    def repeated(self, roots: Iterable[int]) -> set[int]:
+        """The operations that are repeated at each evaluation of the roots."""
+        op, level = self.op, self.level
+        return {n for n in self.reachable(roots) if op[n] > _SYMBOL and level[n] > Level.PARAM}
+
     # --- arithmetic -----------------------------------------------------------------
     # Called once per node in every pass, hence plain ints and inlined look-ups.
 

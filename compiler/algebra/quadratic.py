@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from enum import Enum
 from heapq import heappop, heappush
 
-from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.dag import Dag, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Node
 
@@ -149,8 +149,7 @@ def inline(dag: Dag, definitions: Sequence[Definition]) -> list[Definition]:
 def _operations(dag: Dag, minima: Iterable[Minimum]) -> int:
     """Count the operations at run time."""
     roots = [n for m in minima for n in (m.pivot, m.offset, *m.row.values())]
-    used = dag.reachable(roots)
-    return sum(dag.op[n] > Op.SYMBOL and dag.level[n] > Level.PARAM for n in used)
+    return len(dag.repeated(roots))
 
 
 class _Work:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence, Set
 
-from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.dag import Dag
 from bgc.ir.graph import Node
 
 _EVALUATIONS = 8  # of the rates in a step, at most: each stores what is kept
@@ -22,8 +22,8 @@ def kept_for(dag: Dag, rates: Iterable[Node], arguments: Sequence[Node]) -> tupl
     An operation that takes more others than the stores of its result cost is kept, or, if the rates
     do not contain it, what is to be kept of its operands.
     """
-    own = _operations(dag, arguments)
-    shared = own & _operations(dag, rates)
+    own = dag.repeated(arguments)
+    shared = own & dag.repeated(rates)
     kept: dict[Node, None] = {}
     behind: set[Node] = set()  # operations that the arguments take behind the rates
     stack = list(reversed(arguments))
@@ -41,12 +41,6 @@ def kept_for(dag: Dag, rates: Iterable[Node], arguments: Sequence[Node]) -> tupl
             stack.extend(reversed(dag.operands(node)))
     cost = _EVALUATIONS * len(kept) + len(behind)
     return tuple(kept) if cost < _WORTHWHILE * len(own) else ()
-
-
-def _operations(dag: Dag, roots: Iterable[Node]) -> set[Node]:
-    """The operations that are repeated at each evaluation of some nodes."""
-    op, level = dag.op, dag.level
-    return {n for n in dag.reachable(roots) if op[n] > Op.SYMBOL and level[n] > Level.PARAM}
 
 
 def _few_operations(dag: Dag, root: Node, among: Set[Node]) -> set[Node]:

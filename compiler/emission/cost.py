@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag, Level, Op
 from bgc.emission.factorisation import describe_factors
-from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 
 
@@ -44,17 +41,13 @@ class Cost:
 def cost_of(lowered: Lowered) -> Cost:
     """The cost of a lowered program."""
     program, jacobian, plan = lowered.program, lowered.jacobian, lowered.plan
+    dag = program.dag
     return Cost(
         states=len(program.states),
         parameters=len(program.parameters),
-        rhs=_operations(program.dag, (state.derivative for state in program.states)),
-        jacobian=_operations(program.dag, (*jacobian.entries, *jacobian.by_time)),
+        rhs=len(dag.repeated(state.derivative for state in program.states)),
+        jacobian=len(dag.repeated((*jacobian.entries, *jacobian.by_time))),
         factorisation=plan.operations,
         entries=plan.entries,
         factors=describe_factors(lowered),
     )
-
-
-def _operations(dag: Dag, roots: Iterable[Node]) -> int:
-    op, level = dag.op, dag.level
-    return sum(1 for n in dag.reachable(roots) if op[n] > Op.SYMBOL and level[n] > Level.PARAM)
