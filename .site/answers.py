@@ -11,7 +11,7 @@ from pages import Page
 from bgc.reference import chapters
 from bgc.reference.entry import Entry
 from bgc.reference.index import GROUPS, find
-from bgc.reference.library import declarations
+from bgc.reference.library_entries import declarations
 from bgc.reference.topics import topics
 from bgc.resolution.library import library_modules
 

@@ -30,7 +30,7 @@ from python_api import python_pages
 
 from bgc.diagnostics.catalogue.pages import pages as all_codes
 from bgc.diagnostics.catalogue.pages import topics
-from bgc.reference.library import declarations
+from bgc.reference.library_entries import declarations
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENES = ROOT / "library" / "scenes"

@@ -18,8 +18,8 @@ from pages import Page
 
 from bgc.grammar import syntax
 from bgc.printing.part_graph import part_graph
-from bgc.printing.tables import Table
-from bgc.reference import library
+from bgc.printing.text_tables import Table
+from bgc.reference import library_entries
 from bgc.reference.entry import Block, Code, Entry, Heading, Text, first_sentence
 from bgc.resolution.library import library_modules, module_path
 
@@ -59,12 +59,14 @@ def _listed() -> Iterator[str]:
         if folder != module.partition(".")[0]:
             folder = module.partition(".")[0]
             yield from (f"## {folder}", "")
-        summary, file = library.GROUP.summaries()[module], file_of(module)
+        summary, file = library_entries.GROUP.summaries()[module], file_of(module)
         yield from (f"### {module}", "", f"[{file}]({file}): {_prose(summary)}", "")
         if module_path(module).with_suffix(".jpg").is_file():
             picture = file.replace(".bg", ".jpg")
             yield from (f"![A scene of {module}]({picture})", "")
-        parts = [d for d in library.declarations() if d.module == module and holds_parts(module)]
+        parts = [
+            d for d in library_entries.declarations() if d.module == module and holds_parts(module)
+        ]
         models = [d for d in parts if d.kind in {"model", "interface", "domain"}]
         yield from (f"- `{d.name}`: {_prose(_opening(d.doc))}" for d in models)
         yield from [""] * bool(models)
@@ -98,7 +100,7 @@ def part_graphs() -> Mapping[str, str]:
     """Return the graph of each part that has bonds, in the language of `dot`, by its full name."""
     found = {}
     for module in filter(holds_parts, library_modules()):
-        root = library.read(module)
+        root = library_entries.read(module)
         for declared in root.file.declarations:
             if isinstance(declared, syntax.Model):
                 found[f"{module}.{declared.name}"] = part_graph(root.models[declared.name])
@@ -128,15 +130,15 @@ def _draw(folder: Path, graphs: Mapping[str, str]) -> None:
 def _module_page(module: str) -> Page:
     file = file_of(module)
     lines = [f"# {module}", ""]
-    for block in library.entry(module).body:
+    for block in library_entries.entry(module).body:
         if isinstance(block, Text):  # the tables list what follows
             lines += _block(block)
     own = file.rpartition("/")[2]
     lines += [f'`import {module};` File: <a href="{own}" download>{file}</a>', ""]
-    for declared in library.declarations():
+    for declared in library_entries.declarations():
         if declared.module == module:
             lines += [f"## {declared.name} {{#{declared.name}}}", ""]
-            lines += _entry_lines(library.entry(declared.full_name), file)
+            lines += _entry_lines(library_entries.entry(declared.full_name), file)
     return Page(f"library/{file[:-3]}.md", module, f"library/{file}", lines)
 
 
@@ -162,7 +164,7 @@ def _picture(name: str) -> tuple[str, ...]:
 
 def _linked(name: str, file: str) -> str:
     """Link a name of another part to its place; a name of several parts stays as it is."""
-    found = [d for d in library.declarations() if d.name == name and holds_parts(d.module)]
+    found = [d for d in library_entries.declarations() if d.name == name and holds_parts(d.module)]
     if len(found) != 1:
         return f"`{name}`"
     up = "../" * file.count("/")

@@ -31,7 +31,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.compile",
             "bgc.Model",
             "bgc.runtime.running.parameters.Parameters",
-            "bgc.runtime.running.stepping.Stepping",
+            "bgc.runtime.running.stepwise.Stepping",
         ),
     ),
     (
@@ -40,8 +40,8 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         (
             "bgc.Result",
             "bgc.Ensemble",
-            "bgc.values.shown.Shown",
-            "bgc.runtime.results.rest.AtRest",
+            "bgc.values.shown_units.Shown",
+            "bgc.runtime.results.rest_report.AtRest",
         ),
     ),
     (
@@ -62,7 +62,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         (
             "bgc.runtime.linear.state_space.Linearisation",
             "bgc.runtime.linear.state_space.Mode",
-            "bgc.symbolic.model.SymbolicModel",
+            "bgc.symbolic.symbolic_model.SymbolicModel",
         ),
     ),
     (
@@ -78,7 +78,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Real time",
         (
             "bgc.runtime.realtime.loop.Realtime",
-            "bgc.runtime.realtime.options.RealtimeOptions",
+            "bgc.runtime.realtime.loop_options.RealtimeOptions",
             "bgc.runtime.realtime.python_device.PythonDevice",
         ),
     ),
@@ -90,7 +90,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.runtime.documents.views.Drawing",
             "bgc.runtime.documents.views.Tables",
             "bgc.runtime.documents.views.Equations",
-            "bgc.runtime.web.export.LivePage",
+            "bgc.runtime.web.page_export.LivePage",
         ),
     ),
     (

@@ -12,8 +12,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bgc.diagnostics.announced import BgWarning
     from bgc.diagnostics.diagnostic import BgError
+    from bgc.diagnostics.python_warnings import BgWarning
     from bgc.runtime import control
     from bgc.runtime.compiling import compile_model as compile
     from bgc.runtime.model import Model
@@ -37,7 +37,7 @@ __all__ = [
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
-    "BgWarning": ("bgc.diagnostics.announced", "BgWarning"),
+    "BgWarning": ("bgc.diagnostics.python_warnings", "BgWarning"),
     "BgError": ("bgc.diagnostics.diagnostic", "BgError"),
     "Ensemble": ("bgc.runtime.results.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),

@@ -17,7 +17,7 @@ from bgc.building.build import (
     driver_names,
     lane_runtime_units,
 )
-from bgc.building.built import (
+from bgc.building.build_result import (
     Built,
     Place,
     RunFacts,
@@ -32,12 +32,12 @@ from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.elaboration.elaborate import check_file_values, elaborate
-from bgc.elaboration.scenes.observed import with_accounts
-from bgc.elaboration.scenes.scene import models_alone, stands_alone
+from bgc.elaboration.scenes.observations import with_accounts
+from bgc.elaboration.scenes.scene_choice import models_alone, stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_lowered
 from bgc.emission.lanes import lane_units
 from bgc.emission.lower import lower
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.attempts import causality_of, equations_of
 from bgc.ir import verify as invariants
@@ -50,13 +50,13 @@ from bgc.language.methods import METHODS
 from bgc.language.scene import Rest, Sampled
 from bgc.language.scene_tables import AUTO, DRIVER_BY_PATH
 from bgc.options import Options
-from bgc.passivity.checks import check_physics
 from bgc.passivity.coefficients import passive_coefficients
+from bgc.passivity.passive_laws import check_physics
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.slicing.divisors import with_divisor_checks
 from bgc.slicing.fold import Folding, fold_parameters
-from bgc.slicing.port_facts import force_facts, port_facts
+from bgc.slicing.port_analysis import force_facts, port_facts
 from bgc.slicing.slice import slice_program
 
 Stage: TypeAlias = Literal[
@@ -76,7 +76,7 @@ class Stages:
         The file and all it imports, parsed and with its names.
     graph
         Instances, widths and laws, down to scalar bonds.
-    oddities
+    law_warnings
         Warnings about laws that no passive part has.
     folding
         The graph with the zeros and ones that the scene fixes put in.
@@ -96,7 +96,7 @@ class Stages:
 
     package: Package
     graph: FlatGraph
-    oddities: tuple[Diagnostic, ...]
+    law_warnings: tuple[Diagnostic, ...]
     folding: Folding
     causal: CausalGraph
     equations: Program
@@ -195,9 +195,9 @@ def _stages(
     warnings += graph.warnings
     yield "elaborate", {"graph": graph}
 
-    oddities = check_physics(graph)
-    warnings += oddities
-    yield "physics", {"oddities": oddities}
+    law_warnings = check_physics(graph)
+    warnings += law_warnings
+    yield "physics", {"law_warnings": law_warnings}
 
     folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
     yield "fold", {"folding": folding}

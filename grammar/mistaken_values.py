@@ -17,8 +17,8 @@ from bgc.grammar.error_context import (
     place_of,
     types_of_statement,
 )
+from bgc.grammar.language_words import SCENE_WORDS
 from bgc.grammar.peers import keyword_advice
-from bgc.grammar.words import SCENE_WORDS
 
 _POWER = r"(?:\^(-?[0-9]+(?:\.[0-9]+)?))?"
 _RECIPROCAL = re.compile(

@@ -27,11 +27,11 @@ from bgc.grammar.error_context import (
     place_of,
     types_of_statement,
 )
+from bgc.grammar.language_words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, TABLE, WORDS
 from bgc.grammar.mistaken_values import colon_slice, decimal_comma, two_operands
 from bgc.grammar.peers import keyword_advice, statement_advice
 from bgc.grammar.tokens import END, end_of
 from bgc.grammar.unit_spelling import GROUPED, ungrouped
-from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, TABLE, WORDS
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 _SIGN = {

@@ -11,15 +11,15 @@ from lark import Token, Tree, UnexpectedInput, UnexpectedToken
 
 from bgc.diagnostics.catalogue import files
 from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.collection import MAX_ERRORS
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.error_context import ErrorContext
-from bgc.grammar.files import read_source
 from bgc.grammar.lark_parser import lark_parser
 from bgc.grammar.mistaken_values import reciprocal_unit
 from bgc.grammar.mistakes import block_kind, explain
+from bgc.grammar.source_files import read_source
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from bgc.grammar.words import FORMS
+from bgc.grammar.language_words import FORMS
 
 _STORES = {
     "I": "mass inertia inductor inductance flywheel pointmass body",

@@ -15,6 +15,7 @@ from bgc.diagnostics.catalogue.ports import law_of_plain_port
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.grammar.language_words import SCENE_WORDS
 from bgc.grammar.tokens import ParseTree
 from bgc.grammar.transform_expressions import (
     MAX_DEPTH,
@@ -22,7 +23,6 @@ from bgc.grammar.transform_expressions import (
     children_of,
     unquoted,
 )
-from bgc.grammar.words import SCENE_WORDS
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from bgc.diagnostics.doors import door
+from bgc.diagnostics.public import public_function
 from bgc.options import Options
 from bgc.runtime.model import Model
-from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.model_loading import load_as
 from bgc.runtime.running.parameters import ParameterValue
 
 
-@door
+@public_function
 def compile_model(
     path: str | Path,
     scene: str | None = None,

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 from bgc.diagnostics.catalogue.analysis import several_channels
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.doors import door
-from bgc.runtime.linear import feedback, frequency, locus, time_response, zeros
-from bgc.runtime.linear import margins as stability
+from bgc.diagnostics.public import public_function
+from bgc.runtime.linear import feedback, frequency, root_loci, time_response, zeros
+from bgc.runtime.linear import stability_margins as stability
 from bgc.runtime.linear.bode_plot import plot_bode
 from bgc.runtime.linear.frequency import Response
-from bgc.runtime.linear.locus import Locus
 from bgc.runtime.linear.loop_charts import plot_nichols, plot_nyquist
-from bgc.runtime.linear.margins import Margins
 from bgc.runtime.linear.pole_charts import plot_locus, plot_poles
+from bgc.runtime.linear.root_loci import Locus
+from bgc.runtime.linear.stability_margins import Margins
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.linear.step_chart import plot_time_response
 from bgc.runtime.linear.time_response import TimeResponse
@@ -52,7 +52,7 @@ __all__ = [
 ]
 
 
-@door
+@public_function
 def frequency_response(
     linear: Linearisation, low: Quantity | None = None, high: Quantity | None = None
 ) -> Response:
@@ -82,7 +82,7 @@ def frequency_response(
     return frequency.frequency_response(_single(linear), *ends)
 
 
-@door
+@public_function
 def margins(linear: Linearisation, response: Response | None = None) -> Margins:
     """Compute the stability margins of an open loop under unit negative feedback.
 
@@ -108,7 +108,7 @@ def margins(linear: Linearisation, response: Response | None = None) -> Margins:
     return stability.margins(_single(linear), response)
 
 
-@door
+@public_function
 def with_gain(linear: Linearisation, gain: Quantity) -> Linearisation:
     """Put a gain before the only input; the new input is the deviation that a controller receives.
 
@@ -128,7 +128,7 @@ def with_gain(linear: Linearisation, gain: Quantity) -> Linearisation:
     return feedback.with_gain(_single(linear), _gain(linear, gain))
 
 
-@door
+@public_function
 def close_loop(linear: Linearisation, gain: Quantity = 1.0) -> Linearisation:
     """Close `u = gain*(reference - y)` around a model with as many inputs as outputs.
 
@@ -158,7 +158,7 @@ def close_loop(linear: Linearisation, gain: Quantity = 1.0) -> Linearisation:
     return feedback.close_loop(_single(linear), _gain(linear, gain))
 
 
-@door
+@public_function
 def step_response(linear: Linearisation, duration: Quantity | None = None) -> TimeResponse:
     """Compute the outputs after a unit step of the only input, SI, from rest.
 
@@ -186,7 +186,7 @@ def step_response(linear: Linearisation, duration: Quantity | None = None) -> Ti
     return time_response.step_response(_one_input(linear), seconds_of(duration))
 
 
-@door
+@public_function
 def impulse_response(linear: Linearisation, duration: Quantity | None = None) -> TimeResponse:
     """Compute the outputs after a unit impulse of the only input, SI, from rest.
 
@@ -196,7 +196,7 @@ def impulse_response(linear: Linearisation, duration: Quantity | None = None) ->
     return time_response.impulse_response(_one_input(linear), seconds_of(duration))
 
 
-@door
+@public_function
 def root_locus(linear: Linearisation) -> Locus:
     """Follow the poles of the loop that `close_loop` closes, from the open loop's to its zeros.
 
@@ -204,10 +204,10 @@ def root_locus(linear: Linearisation) -> Locus:
     those at which the response has magnitude 1; further ones are inserted where a pole moves far
     from one to the next. Errors are those of `margins`.
     """
-    return locus.root_locus(_single(linear))
+    return root_loci.root_locus(_single(linear))
 
 
-@door
+@public_function
 def factors(linear: Linearisation) -> Factors:
     """Compute zeros, poles and gain of `linear`, a model with one input and one output.
 
@@ -218,7 +218,7 @@ def factors(linear: Linearisation) -> Factors:
     return zeros.factors(_single(linear))
 
 
-@door
+@public_function
 def transmission_zeros(linear: Linearisation) -> Complex:
     """Compute the finite transmission zeros of `linear`, 1/s, by rising real part.
 

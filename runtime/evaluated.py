@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bgc.diagnostics.announced import announce
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
+from bgc.diagnostics.python_warnings import announce
 from bgc.runtime.linear.state_space import Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.running.arguments import seconds_of
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity
+from bgc.runtime.running.run_warnings import turned_negative
 from bgc.runtime.running.simulate import state_after
-from bgc.runtime.running.warned import turned_negative
 
 
-@with_doors
+@public_class
 class EvaluatedModel(LoadedModel):
     """A model with the methods that evaluate it once; see `bgc.runtime.model.Model`.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from bgc.diagnostics.catalogue.arguments import bad_magic
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.doors import door
+from bgc.diagnostics.public import public_function
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.model import Model
 
@@ -22,7 +22,7 @@ def make_magic(variables: dict[str, Any]) -> Callable[[str, str], Model]:
     """Make the magic that binds models in a dictionary of variables."""
     folder = tempfile.TemporaryDirectory(prefix="bgc-")
 
-    @door
+    @public_function
     def bgc(line: str, cell: str) -> Model:
         """Compile the cell, and bind the model to a variable.
 

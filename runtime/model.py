@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal, TextIO, Unpack
 
 import numpy as np
 
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.language.solver import SolverKeywords
 from bgc.runtime.evaluated import EvaluatedModel
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.arguments import read_solver, seconds_of, with_solver_keywords
-from bgc.runtime.running.devices import read_choices
-from bgc.runtime.running.driven import compiled_again
+from bgc.runtime.running.device_drivers import read_choices
+from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, drives_of
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from bgc.driver import Stage, Stages
     from bgc.runtime.documents.views import Drawing, Equations, Tables
     from bgc.runtime.realtime.loop import Realtime
-    from bgc.runtime.realtime.options import RealtimeOptions
+    from bgc.runtime.realtime.loop_options import RealtimeOptions
     from bgc.runtime.realtime.python_device import PythonDevice
-    from bgc.runtime.running.stepping import Stepping
-    from bgc.runtime.web.export import LivePage
-    from bgc.symbolic.model import SymbolicModel
+    from bgc.runtime.running.stepwise import Stepping
+    from bgc.runtime.web.page_export import LivePage
+    from bgc.symbolic.symbolic_model import SymbolicModel
 
 
-@with_doors
+@public_class
 class Model(StudiedModel, EvaluatedModel):
     """A compiled model: set its parameters, simulate it, linearise it.
 
@@ -123,7 +123,7 @@ class Model(StudiedModel, EvaluatedModel):
         choices = read_choices(devices or {})
         if out is not None:
             # Loads the writers of files.
-            from bgc.runtime.running.streamed import simulate_to, target_of
+            from bgc.runtime.running.row_stream import simulate_to, target_of
 
             target = target_of(out)
             return simulate_to(
@@ -159,7 +159,7 @@ class Model(StudiedModel, EvaluatedModel):
             off the loop.
         options
             Limits of force, rate and power, ramp, dead man's button, watchdog; see
-            `bgc.runtime.realtime.options.RealtimeOptions`.
+            `bgc.runtime.realtime.loop_options.RealtimeOptions`.
         record
             A `.csv` file for the motion of the device, which `trace` replays with the same bits.
         keep
@@ -183,7 +183,7 @@ class Model(StudiedModel, EvaluatedModel):
         """
         # Only this needs the loop, which loads its own shared object.
         from bgc.runtime.realtime.loop import Realtime
-        from bgc.runtime.realtime.options import RealtimeOptions
+        from bgc.runtime.realtime.loop_options import RealtimeOptions
 
         method, notices = method_of(self, read_solver(run), parameters or {})
         loop = Realtime(
@@ -242,7 +242,7 @@ class Model(StudiedModel, EvaluatedModel):
         >>> linear.A, linear.modes(), linear.to_ss()  # doctest: +SKIP
         """
         # Loads the compiler, which takes longer than most runs; they do without it.
-        from bgc.runtime.linearising.operating import OpenedModel
+        from bgc.runtime.linearising.operating_point import OpenedModel
 
         if self.origin is None:
             raise ValueError("a model without its source has no inputs: use `eigenvalues`")
@@ -266,7 +266,7 @@ class Model(StudiedModel, EvaluatedModel):
         """The equations and their linear form as SymPy expressions in the model's own letters.
 
         `f`, `g`, `A`, `B`, `C`, `D`, transfer functions with poles, zeros and static gain, and
-        derivatives by parameters; see `bgc.symbolic.model.SymbolicModel`.
+        derivatives by parameters; see `bgc.symbolic.symbolic_model.SymbolicModel`.
 
         Parameters
         ----------
@@ -342,7 +342,7 @@ class Model(StudiedModel, EvaluatedModel):
         ...     run.advance("10 ms", inputs={"force": -2.0 * run["speed"]})
         """
         # Few programs run stepwise.
-        from bgc.runtime.running.stepping import Stepping, opened
+        from bgc.runtime.running.stepwise import Stepping, opened
 
         begun = opened(self, inputs or {})
         method, notices = method_of(begun.model, read_solver(run), parameters or {})
@@ -392,7 +392,7 @@ class Model(StudiedModel, EvaluatedModel):
         Raises BgError: BG545 without that package, BG548 for a solver of another one.
         """
         # Loads the compiler, as `linearise` does.
-        from bgc.runtime.web.export import page_of
+        from bgc.runtime.web.page_export import page_of
 
         shown = compiled_again(self, (), shapes=True)
         return page_of(shown, shown._stages("C compiler"), height)
@@ -408,7 +408,7 @@ class Model(StudiedModel, EvaluatedModel):
 
     def _repr_html_(self) -> str:
         # Only a notebook needs it.
-        from bgc.printing.tables import Table
+        from bgc.printing.text_tables import Table
         from bgc.runtime.results.html import table_html
 
         rows = [

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.language.solver import SolverKeywords
 from bgc.runtime.running.arguments import read_solver, seconds_of, with_solver_keywords
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.simulate import method_of, times_of
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bgc.runtime.studies.sweep import Vary
 
 
-@with_doors
+@public_class
 class StudiedModel(LoadedModel):
     """A model with the methods that run it many times; see `bgc.runtime.model.Model`."""
 
@@ -89,7 +89,7 @@ class StudiedModel(LoadedModel):
         # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
         from bgc.runtime.results.ensemble import Ensemble
         from bgc.runtime.running.cases import checked_cases
-        from bgc.runtime.running.driven import driven_runs, numbered
+        from bgc.runtime.running.input_models import driven_runs, numbered
         from bgc.runtime.running.many import plan_many, run_many
 
         method, notices = method_of(self, read_solver(run))
@@ -169,7 +169,7 @@ class StudiedModel(LoadedModel):
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
-        from bgc.runtime.running.driven import driven
+        from bgc.runtime.running.input_models import driven
         from bgc.runtime.studies.sweep import Design, observables_of, sweep
 
         chosen = Design(vary, sample, design, seed, cases)
@@ -241,10 +241,10 @@ class StudiedModel(LoadedModel):
         >>> estimate["k"], estimate.interval("k")  # doctest: +SKIP
         """
         # As for `simulate_many`.
-        from bgc.runtime.running.driven import driven
-        from bgc.runtime.studies.arguments import read_bounds, read_noise
+        from bgc.runtime.running.input_models import driven
         from bgc.runtime.studies.fit import FitOptions, fit
         from bgc.runtime.studies.motion import read_motion
+        from bgc.runtime.studies.search_arguments import read_bounds, read_noise
 
         method, _ = method_of(self, read_solver(run))
         recorded = read_motion(motion, self, match or {}, columns)
@@ -319,8 +319,8 @@ class StudiedModel(LoadedModel):
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
-        from bgc.runtime.studies.arguments import read_problem
         from bgc.runtime.studies.optimise import Goal, Search, optimise
+        from bgc.runtime.studies.search_arguments import read_problem
 
         problem = read_problem(self, vary, minimise, maximise, require, over)
         method, notices = method_of(self, read_solver(run))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
-from bgc.algebra.jumps import is_segment
+from bgc.algebra.discontinuities import is_segment
 
 _ATOM = 9  # binds more tightly than any operator
 

@@ -18,9 +18,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.building.built import Built, Places, RunFacts
+from bgc.building.build_result import Built, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
-from bgc.building.notes import from_json, to_json
+from bgc.building.record_json import from_json, to_json
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source

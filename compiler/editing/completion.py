@@ -13,17 +13,17 @@ from bgc.building.build import driver_names
 from bgc.diagnostics.catalogue.names import import_place
 from bgc.diagnostics.diagnostic import BgError, Edit
 from bgc.diagnostics.source import Source
-from bgc.editing.analysis import Analysis
+from bgc.editing.file_analysis import Analysis
 from bgc.editing.occurrences import Region, members_at
 from bgc.editing.symbols import Kind, Members, Symbol, declared_symbol, is_slot
 from bgc.grammar import syntax
+from bgc.grammar.language_words import TABLE
 from bgc.grammar.parse import Reading, parse_setting, read_so_far
-from bgc.grammar.words import TABLE
 from bgc.language.elements import ELEMENTS
 from bgc.language.scene_tables import DRIVER_OPTIONS
 from bgc.language.shape_table import COLOURS, SHAPES
 from bgc.language.solver import SOLVER_OPTIONS
-from bgc.reference import functions, library
+from bgc.reference import function_entries, library_entries
 from bgc.reference.entry import first_sentence
 from bgc.resolution.library import library_modules
 from bgc.resolution.modules import ancestors
@@ -175,7 +175,7 @@ class _Position:
             or self.first in {"USE", "SET", "KEEP"}
         ):
             return
-        for name, summary in functions.GROUP.summaries().items():
+        for name, summary in function_entries.GROUP.summaries().items():
             yield Completion(name, Kind.BUILTIN, summary)
         for name, declared in self.analysis.module.functions.items():
             yield _named(name, declared_symbol(declared))  # type: ignore[arg-type]
@@ -225,7 +225,7 @@ class _Position:
     def _library(self, kinds: set[str], seen: Mapping[str, object]) -> Iterator[Completion]:
         """Declarations of library modules that the file does not import yet."""
         place = import_place(self.analysis.document.source)
-        for found in library.declarations():
+        for found in library_entries.declarations():
             if found.kind in kinds and found.name not in seen:
                 edit = Edit(place, f"import {found.module};\n")
                 kind = {"model": Kind.MODEL, "interface": Kind.INTERFACE}.get(found.kind)
@@ -358,7 +358,7 @@ def _modules(path: str) -> Iterator[Completion]:
     """Library modules; behind a dot the rest of their names."""
     head = path.rpartition(".")[0]
     start = len(head) + 1 if head else 0
-    summaries = library.GROUP.summaries()
+    summaries = library_entries.GROUP.summaries()
     for module in library_modules():
         if module.startswith(f"{head}." if head else ""):
             yield Completion(module[start:], Kind.MODULE, summaries[module])

@@ -11,8 +11,8 @@ from lark import Token
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
-from bgc.grammar.files import read_source
 from bgc.grammar.parse import parse_with_tokens
+from bgc.grammar.source_files import read_source
 from bgc.resolution.resolve import Parsed, Reader
 
 _Stamp: TypeAlias = str | tuple[int, int]

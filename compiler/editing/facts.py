@@ -12,9 +12,9 @@ from bgc.diagnostics.source import Span
 from bgc.driver import Stages
 from bgc.editing.moves import moving
 from bgc.ir.graph import Node
-from bgc.printing.causality import element_ends
+from bgc.printing.causality_table import element_ends
 from bgc.printing.stages import left_sides, symbol_names
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 Place: TypeAlias = tuple[str, int, int]
 """The name of a source with the start and end of a span."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from bgc.editing.facts import BondFact, Facts, place_of
 from bgc.grammar import syntax
-from bgc.printing.causality import ranges
+from bgc.printing.causality_table import ranges
 from bgc.resolution.modules import flatten
 
 _LINES = 8  # different strokes that one explanation lists

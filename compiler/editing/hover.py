@@ -6,18 +6,24 @@ import re
 from collections.abc import Iterator
 
 from bgc.diagnostics.source import Span
-from bgc.editing.analysis import Analysis
 from bgc.editing.facts import Facts, place_of
+from bgc.editing.file_analysis import Analysis
 from bgc.editing.hints import bond_text
 from bgc.editing.symbols import Kind, Symbol
 from bgc.grammar import syntax
+from bgc.grammar.language_words import TABLE
 from bgc.grammar.tokens import span_of
-from bgc.grammar.words import TABLE
 from bgc.language.elements import ELEMENTS
 from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS
 from bgc.language.shape_table import SHAPES
 from bgc.language.solver import SOLVER_OPTIONS
-from bgc.reference import elements, functions, library, units, words
+from bgc.reference import (
+    element_entries,
+    function_entries,
+    library_entries,
+    unit_entries,
+    word_entries,
+)
 from bgc.reference.entry import Block, Code, Entry, Heading, Text
 from bgc.resolution.library import library_modules
 from bgc.resolution.modules import flatten
@@ -60,7 +66,7 @@ def hover(analysis: Analysis, offset: int, facts: Facts) -> tuple[Span, str] | N
     if token.type == "ARROW":
         return _arrow(analysis, offset, span, facts)
     if text in TABLE and token.type != "NAME":
-        return span, _entry(words.WORDS.entry(text))
+        return span, _entry(word_entries.WORDS.entry(text))
     return None
 
 
@@ -111,13 +117,13 @@ def _documentation(symbol: Symbol) -> Iterator[str]:
         yield symbol.doc
     match symbol.kind:
         case Kind.ELEMENT:
-            yield _entry(elements.GROUP.entry(symbol.name))
-        case Kind.BUILTIN if symbol.name in functions.GROUP.summaries():
-            yield _entry(functions.GROUP.entry(symbol.name))
+            yield _entry(element_entries.GROUP.entry(symbol.name))
+        case Kind.BUILTIN if symbol.name in function_entries.GROUP.summaries():
+            yield _entry(function_entries.GROUP.entry(symbol.name))
         case Kind.BUILTIN:
-            yield _entry(words.WORDS.entry(symbol.name))
+            yield _entry(word_entries.WORDS.entry(symbol.name))
         case Kind.MODULE if symbol.name in library_modules():
-            yield f"**{symbol.name}**: {library.GROUP.summaries()[symbol.name]}"
+            yield f"**{symbol.name}**: {library_entries.GROUP.summaries()[symbol.name]}"
         case Kind.READABLE:
             yield _readable(symbol.name)
         case Kind.OPTION:
@@ -206,7 +212,7 @@ def _arrow(analysis: Analysis, offset: int, span: Span, facts: Facts) -> tuple[S
 
 
 def _unit(text: str) -> str:
-    found = units.GROUP.other(text) if units.GROUP.other is not None else ()
+    found = unit_entries.GROUP.other(text) if unit_entries.GROUP.other is not None else ()
     return _entry(found[0]) if found else f"`{text}` is not a unit"
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from bgc.diagnostics.source import Span
+from bgc.editing.cursor_tokens import Words
 from bgc.editing.symbols import (
     ALWAYS,
     Kind,
@@ -17,11 +18,10 @@ from bgc.editing.symbols import (
     scene_symbol,
     type_symbol,
 )
-from bgc.editing.tokens import Words
 from bgc.grammar import syntax
 from bgc.language.scene_tables import ACCOUNTS
 from bgc.resolution.modules import Module, WholeScene
-from bgc.resolution.scenes import text_of
+from bgc.resolution.scene_inheritance import text_of
 from bgc.values.functions import BUILTINS
 
 _LAW: Members = {

@@ -10,11 +10,11 @@ from typing import TypeAlias
 from bgc.diagnostics.catalogue.editing import cannot_rename, not_a_name, rename_conflict
 from bgc.diagnostics.diagnostic import BgError, Edit, Severity
 from bgc.diagnostics.source import Span
-from bgc.editing.analysis import Analysis, analyse
 from bgc.editing.documents import Documents
+from bgc.editing.file_analysis import Analysis, analyse
 from bgc.editing.occurrences import Occurrence, occurrences
 from bgc.editing.symbols import Kind, Symbol
-from bgc.grammar.words import RESERVED, SCENE_WORDS
+from bgc.grammar.language_words import RESERVED, SCENE_WORDS
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

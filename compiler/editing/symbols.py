@@ -8,7 +8,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from bgc.diagnostics.source import Span
-from bgc.editing.tokens import Words
+from bgc.editing.cursor_tokens import Words
 from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS
 from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS

@@ -10,8 +10,8 @@ from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import graph as messages
 from bgc.diagnostics.catalogue.names import hides_parameter_of_file
 from bgc.diagnostics.catalogue.scenes import device_name_taken
+from bgc.diagnostics.collection import Report
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_units import BondUnits
 from bgc.elaboration.bonds.bond_values import BondValues
@@ -39,18 +39,18 @@ from bgc.elaboration.laws.statements import (
 )
 from bgc.elaboration.laws.table_guards import guards_of_tables
 from bgc.elaboration.laws.unit_inference import infer_units
-from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
-from bgc.elaboration.scenes.observed import Observed, read_observed
+from bgc.elaboration.scenes.observations import Observed, read_observed
 from bgc.elaboration.scenes.overrides import with_drives, with_observations, with_uses
-from bgc.elaboration.scenes.removed import without_removed
-from bgc.elaboration.scenes.rest import StartAtRest, read_start
+from bgc.elaboration.scenes.removed_parts import without_removed
+from bgc.elaboration.scenes.rest_statement import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
-from bgc.elaboration.scenes.scene import Scene, choose_scene
-from bgc.elaboration.scenes.shapes import read_shapes
+from bgc.elaboration.scenes.scene_choice import Scene, choose_scene
+from bgc.elaboration.scenes.scene_devices import read_devices
+from bgc.elaboration.scenes.scene_shapes import read_shapes
 from bgc.grammar import syntax
 from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part, Slot
-from bgc.ir.scene import Requirement
+from bgc.ir.scene_nodes import Requirement
 from bgc.options import RUN_NUMBER
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text

@@ -10,6 +10,7 @@ from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.amalgamate import joined
+from bgc.emission.c_tables import Field, model_tables
 from bgc.emission.explicit_cost import explicit_cost
 from bgc.emission.frame import print_unit
 from bgc.emission.inverses import print_prepare
@@ -20,7 +21,6 @@ from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.print_ranges import RANGES
 from bgc.emission.print_tables import print_tables, table_prototypes
-from bgc.emission.tables import Field, model_tables
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Lowered
 from bgc.ir.program import Program

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.emission.tables import Field
+from bgc.emission.c_tables import Field
 
 _UNIT = """\
 /* {title}

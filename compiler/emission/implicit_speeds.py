@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.emission.differentiate import differentiated_rows, forward_rows, jacobian_of
 from bgc.emission.kept_vertices import Order, Settings, order_elimination
-from bgc.emission.optimise import number_values
+from bgc.emission.simplification import number_values
 from bgc.emission.vertices import TIME, DerivativeGraph
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian

@@ -210,7 +210,7 @@ class _Body:
         self._local: set[Node] = set()  # nodes read in the chunk that computes them
         self._find_crossings()
         self.work = reserved
-        self._slots = self._assign_slots(reserved)
+        self._work_places = self._assign_slots(reserved)
         self._type = numbers.type
         self._printer = numbers.printer(dag, leaves)
         self.chunks = self._print()
@@ -275,7 +275,7 @@ class _Body:
 
     def _assign_slots(self, reserved: int) -> dict[Node, int]:
         """Elements of w for the values that cross a cut, reused after their last reader."""
-        slots: dict[Node, int] = {}
+        work_places: dict[Node, int] = {}
         free: list[int] = []
         ends: dict[int, list[int]] = {}
         present = 0
@@ -287,12 +287,12 @@ class _Body:
                 if not free:
                     free.append(self.work)
                     self.work += 1
-                slots[node] = free.pop()
-                ends.setdefault(self._last[node], []).append(slots[node])
-        return slots
+                work_places[node] = free.pop()
+                ends.setdefault(self._last[node], []).append(work_places[node])
+        return work_places
 
     def _print(self) -> list[_Chunk]:
-        printer, slots = self._printer, self._slots
+        printer, work_places = self._printer, self._work_places
         chunks: list[_Chunk] = []
         lines: list[str] = []
         crossing: list[Node] = []
@@ -303,12 +303,12 @@ class _Body:
                 lines = []
                 printer.used.clear()
                 for other in crossing:  # later chunks read them from w
-                    printer.name(other, f"w[{slots[other]}]")
+                    printer.name(other, f"w[{work_places[other]}]")
                 crossing = []
             text = printer.expression(node)
             places = list(self._targets.get(node, ()))
-            if node in slots:
-                places.append(f"w[{slots[node]}]")
+            if node in work_places:
+                places.append(f"w[{work_places[node]}]")
                 crossing.append(node)
             printer.used.update(place[: place.index("[")] for place in places)
             if node in self._local or len(places) > 1:

@@ -8,8 +8,8 @@ from itertools import chain
 
 from bgc.emission.differentiate import differentiate, differentiate_within, operation_count
 from bgc.emission.implicit_speeds import implicit_forms
-from bgc.emission.optimise import number_values
 from bgc.emission.print_lu import solve_operations
+from bgc.emission.simplification import number_values
 from bgc.emission.sparse import mass_places, plan_lu, plan_pattern
 from bgc.emission.timed_terms import find_timed_terms, with_rates
 from bgc.ir.fields import map_nodes, nodes_of

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from bgc.building.build import EVERY_PART, needed_sources
 from bgc.emission.amalgamate import joined
+from bgc.emission.c_tables import number, quoted
 from bgc.emission.emit import EmittedModel, emit_lowered
 from bgc.emission.partials import with_partials
-from bgc.emission.tables import number, quoted
 
 _SHARED = (
     "fmi_instance",

@@ -53,7 +53,7 @@ class MatrixText:
 
 
 @dataclass(frozen=True, slots=True)
-class _Slots:
+class _Storage:
     """The index of the first entry of each row of the factors in `lu`; the number of states."""
 
     plan: LuPlan
@@ -94,9 +94,9 @@ def print_lu(
     tables = _pattern(plan, mass, jacobian)
     if not is_unrolled(plan):
         return MatrixText("", tables, 0, plan.operations, solve)
-    slots = _Slots(plan, _row_starts(plan), len(plan.rows) - inner)
-    factor = _unrolled_factor(slots, mass, jacobian, shared, numbers)
-    text = f"{factor}\n{_unrolled_solve(slots, shared, numbers)}"
+    storage = _Storage(plan, _row_starts(plan), len(plan.rows) - inner)
+    factor = _unrolled_factor(storage, mass, jacobian, shared, numbers)
+    text = f"{factor}\n{_unrolled_solve(storage, shared, numbers)}"
     work = inner + (0 if plan.rows == plan.columns else len(plan.rows))
     return MatrixText(text, tables, work, plan.operations, solve)
 
@@ -178,18 +178,18 @@ def _magnitude(
 
 
 def _unrolled_factor(
-    slots: _Slots,
+    storage: _Storage,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
     shared: bool,
     numbers: Numbers,
 ) -> str:
-    plan = slots.plan
+    plan = storage.plan
     number, zero = numbers.type, numbers.constant("0.0")
     chunks = _in_chunks(
         statement
         for k in range(len(plan.rows))
-        for statement in _factor_row(slots, k, mass, jacobian, numbers)
+        for statement in _factor_row(storage, k, mass, jacobian, numbers)
     )
     parts, calls = [], []
     for count, statements in enumerate(chunks, 1):
@@ -237,30 +237,30 @@ def _negated(term: str) -> str:
 
 
 def _factor_row(
-    slots: _Slots,
+    storage: _Storage,
     k: int,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
     numbers: Numbers,
 ) -> Iterator[tuple[str, int]]:
     """The statements of row k from left to right, each with its number of operations."""
-    plan, fabs = slots.plan, f"{numbers.function}fabs"
+    plan, fabs = storage.plan, f"{numbers.function}fabs"
     lower, upper = plan.lower[k], plan.upper[k]
     row = plan.rows[k]
     products: dict[int, list[str]] = {j: [] for j in (*lower, k, *upper)}
-    for left, i in enumerate(lower, slots.first[k]):
-        for right, j in enumerate(plan.upper[i], slots.pivot(i) + 1):
+    for left, i in enumerate(lower, storage.first[k]):
+        for right, j in enumerate(plan.upper[i], storage.pivot(i) + 1):
             signs = plan.units.get((k, i)), plan.units.get((i, j))
             products[j].append(_product(f"lu[{left}]", f"lu[{right}]", *signs, numbers))
-    for slot, j in enumerate(products, slots.first[k]):
+    for at, j in enumerate(products, storage.first[k]):
         if (k, j) in plan.units:
             growth = f"\n    g += {numbers.constant('1.0')};" if j == k else ""
             constant = numbers.constant(f"{plan.units[k, j]}.0")
-            yield f"    lu[{slot}] = {constant};{growth}", 1
+            yield f"    lu[{at}] = {constant};{growth}", 1
             continue
         position = (row, plan.columns[j])
         terms = products[j]
-        start = _entry_of_w(position, mass, jacobian, slots.states)
+        start = _entry_of_w(position, mass, jacobian, storage.states)
         if not start:
             start = _negated(terms[0])
             following = terms[1:]
@@ -270,16 +270,18 @@ def _factor_row(
         operations = 2 + 2 * len(terms)
         inner = f"({value})" if following or " " in start else value
         if j < k:
-            scaled = _product(inner, f"lu[{slots.pivot(j)}]", None, plan.units.get((j, j)), numbers)
-            yield f"    lu[{slot}] = {scaled};", operations
+            scaled = _product(
+                inner, f"lu[{storage.pivot(j)}]", None, plan.units.get((j, j)), numbers
+            )
+            yield f"    lu[{at}] = {scaled};", operations
         elif j > k:
-            yield f"    lu[{slot}] = {value};", operations
+            yield f"    lu[{at}] = {value};", operations
         else:
-            size = _magnitude(position, mass, jacobian, slots.states, fabs)
+            size = _magnitude(position, mass, jacobian, storage.states, fabs)
             size = size or " + ".join(f"{fabs}({term})" for term in terms)
             size = f"({size})" if " + " in size else size
             yield (
-                f"    lu[{slot}] = 1.0 / {inner};\n    g += {size} * {fabs}(lu[{slot}]);",
+                f"    lu[{at}] = 1.0 / {inner};\n    g += {size} * {fabs}(lu[{at}]);",
                 operations + 4,
             )
 
@@ -314,8 +316,8 @@ def solve_operations(plan: LuPlan, states: int) -> int:
     return 2 * (len(forward) + len(backward)) + len(pivots) - trivial
 
 
-def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
-    plan, number, states = slots.plan, numbers.type, slots.states
+def _unrolled_solve(storage: _Storage, shared: bool, numbers: Numbers) -> str:
+    plan, number, states = storage.plan, numbers.type, storage.states
     diagonal = plan.rows == plan.columns
     inner = len(plan.rows) - states
 
@@ -330,8 +332,8 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     statements = []
     for k, lower in enumerate(plan.lower):
         terms = [
-            _product(f"lu[{slot}]", place[j], plan.units.get((k, j)), None, numbers)
-            for slot, j in enumerate(lower, slots.first[k])
+            _product(f"lu[{at}]", place[j], plan.units.get((k, j)), None, numbers)
+            for at, j in enumerate(lower, storage.first[k])
             if nonzero[j]
         ]
         if not nonzero[k] or not (terms or not diagonal):
@@ -344,10 +346,10 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     for k in reversed(range(len(plan.rows))):
         if not needed[k]:
             continue
-        pivot = slots.pivot(k)
+        pivot = storage.pivot(k)
         terms = [
-            _product(f"lu[{slot}]", place[j], plan.units.get((k, j)), None, numbers)
-            for slot, j in enumerate(plan.upper[k], pivot + 1)
+            _product(f"lu[{at}]", place[j], plan.units.get((k, j)), None, numbers)
+            for at, j in enumerate(plan.upper[k], pivot + 1)
         ]
         terms.reverse()  # the unknowns computed first come first, which avoids pipeline stalls
         start = place[k] + (" - " if terms else "")
@@ -409,17 +411,17 @@ def _pattern(
     plan: LuPlan, mass: dict[Position, int] | None, jacobian: dict[Position, int]
 ) -> dict[str, Sequence[int]]:
     """The tables of the factors, and of the positions of M and J in them, by name."""
-    slots = _Slots(plan, _row_starts(plan), len(plan.rows))
+    storage = _Storage(plan, _row_starts(plan), len(plan.rows))
     size = len(plan.rows)
     place: dict[Position, int] = {}
     for k, row in enumerate(plan.rows):
-        for slot, j in enumerate((*plan.lower[k], k, *plan.upper[k]), slots.first[k]):
-            place[row, plan.columns[j]] = slot
+        for at, j in enumerate((*plan.lower[k], k, *plan.upper[k]), storage.first[k]):
+            place[row, plan.columns[j]] = at
     return {
         "pivot_row": plan.rows,
         "pivot_col": plan.columns,
-        "lu_row": [*slots.first, plan.entries],
-        "lu_pivot": [slots.pivot(k) for k in range(size)],
+        "lu_row": [*storage.first, plan.entries],
+        "lu_pivot": [storage.pivot(k) for k in range(size)],
         "lu_col": [j for k in range(size) for j in (*plan.lower[k], k, *plan.upper[k])],
         "lu_jac": [place[position] for position in jacobian],
         "lu_mass": [place[position] for position in mass or ()],

@@ -18,11 +18,11 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.discontinuities import at_threshold, is_segment, joins
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.jumps import at_threshold, is_segment, joins
 from bgc.algebra.operation import Jump
 from bgc.algebra.operations import ROWS
-from bgc.building.built import Place, Places
+from bgc.building.build_result import Place, Places
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered, Switch

@@ -30,7 +30,7 @@ from bgc.causality.assign import assign_causality, may_be_opened
 from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
-from bgc.equations.variables.names import RateInLoop
+from bgc.equations.variables.variable_names import RateInLoop
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program

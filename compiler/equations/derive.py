@@ -13,28 +13,28 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
-from bgc.equations.closures.given import given_flows
 from bgc.equations.closures.multipliers import closing_rows
+from bgc.equations.closures.start_check import given_flows
 from bgc.equations.impulses import impulse_warnings
-from bgc.equations.inertias.initial import start_inertias
-from bgc.equations.inertias.merge import merge_inertias
+from bgc.equations.inertias.initial_momenta import start_inertias
+from bgc.equations.inertias.merged_inertias import merge_inertias
 from bgc.equations.instants import without_instants
 from bgc.equations.jumps import require_free, resolve_jumps
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
 from bgc.equations.loops.loops import AlgebraicState
 from bgc.equations.loops.motion_rates import settle_motions
-from bgc.equations.loops.resolve import Resolver
 from bgc.equations.loops.start import with_start_values
-from bgc.equations.motions.merge import merge_along_motions
-from bgc.equations.ports import with_port_checks
-from bgc.equations.ranges import require_representable
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.motions.merged_motions import merge_along_motions
+from bgc.equations.port_stability import with_port_checks
+from bgc.equations.representable import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
 from bgc.equations.start.problem import start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import energy_accounts
-from bgc.equations.storage.initial import closed_initials
-from bgc.equations.storage.integrated import integrate_alone
+from bgc.equations.storage.independent_states import integrate_alone
+from bgc.equations.storage.initial_values import closed_initials
 from bgc.equations.storage.kinds import (
     IntegratedState,
     StorageElement,
@@ -43,8 +43,8 @@ from bgc.equations.storage.kinds import (
     storage_elements,
 )
 from bgc.equations.storage.symmetry import symmetry_checks
-from bgc.equations.variables.laws import positive_values
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
+from bgc.equations.variables.law_nodes import positive_values
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
@@ -111,7 +111,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         jumps=jumps,
         held=held,
         rates=graph.rates,
-        books=tuple(port.books for port in graph.ports),
+        coupling_energies=tuple(port.coupling_energies for port in graph.ports),
         slots=len(graph.held),
         loops=tuple(resolver.loops),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),

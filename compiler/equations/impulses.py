@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.algebra.dag import Kind
-from bgc.algebra.jumps import holding_sudden, jumps_in
+from bgc.algebra.discontinuities import holding_sudden, jumps_in
 from bgc.diagnostics.catalogue import equations as catalogue
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.equations.jumps import reset_places
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node, Storage
 from bgc.ir.program import StateJump
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import jumps as messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.loops.resolve import Resolver
+from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.kinds import IntegratedState
 from bgc.ir.graph import FlatGraph, Node, Reset, Storage
 from bgc.ir.program import Program, StateJump, StateReset

@@ -15,14 +15,14 @@ from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.equations.inertias.flows import momenta_of
 from bgc.equations.inertias.groups import find_groups
-from bgc.equations.loops.resolve import Resolver
+from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.kinds import (
     IntegratedState,
     StorageElement,
     columns_of,
     is_independent,
 )
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import Role
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, SpeedEquations

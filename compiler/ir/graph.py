@@ -24,11 +24,11 @@ from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import BondIndex, RateIndex
-from bgc.ir.scene import DeviceUse, Requirement
+from bgc.ir.scene_nodes import DeviceUse, Requirement
 from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
 from bgc.language.scene import Scene
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,16 +372,16 @@ class SampledPort:
     """A virtual coupling between a device and the bonds named `name`, held over samples.
 
     `balance` is the energy in it at any time, J: that of the last instant less the work that its
-    effort has done on the bond since. `books` are the INPUT symbols of the energies that it has
-    received from the device, dissipated, and created by sampling since the start. Its sources are
-    the elements `name.source`. The other nodes are of PARAM level: stiffness, damping, the mass
-    of the device, the resolution of its position, the lag in periods, and the period, s.
+    effort has done on the bond since. `coupling_energies` are the INPUT symbols of the energies
+    that it has received from the device, dissipated, and created by sampling since the start. Its
+    sources are the elements `name.source`. The other nodes are of PARAM level: stiffness, damping,
+    the mass of the device, the resolution of its position, the lag in periods, and the period, s.
     """
 
     name: str
     width: int
     balance: Node
-    books: tuple[int, int, int]
+    coupling_energies: tuple[int, int, int]
     stiffness: Node
     damping: Node
     mass: Node

@@ -13,9 +13,9 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import StateIndex
 from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
-from bgc.ir.scene import DeviceUse, Requirement
+from bgc.ir.scene_nodes import DeviceUse, Requirement
 from bgc.language.scene import Scene
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +247,7 @@ class Program:
     jumps: tuple[StateJump, ...] = ()
     held: tuple[Held, ...] = ()  # by sampled parts
     rates: tuple[SampleRate, ...] = ()
-    books: tuple[tuple[int, int, int], ...] = ()  # of each sampled port: INPUT symbols
+    coupling_energies: tuple[tuple[int, int, int], ...] = ()  # of each sampled port: INPUT symbols
     slots: int = 0  # INPUT symbols of held values, also of those that slicing removed
     warnings: tuple[Diagnostic, ...] = ()
     speeds: SpeedEquations | None = None

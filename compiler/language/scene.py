@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bgc.language.columns import AccountColumn
+from bgc.language.column_names import AccountColumn
 from bgc.language.solver import Solver
 
 

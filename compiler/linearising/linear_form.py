@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.emission.differentiate import forward_rows
 from bgc.ir.graph import Node
-from bgc.linearising.opening import Opened
+from bgc.linearising.analysis_scene import Opened
 
 Entries = tuple[tuple[int, int, Node], ...]  # row, column, value
 

@@ -11,8 +11,8 @@ from bgc.diagnostics.catalogue import physics as messages
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.ir.graph import ExplicitLaw, FlatGraph, Form, LinearLaw, Resistor
 from bgc.passivity.definite import find_indefinite
+from bgc.passivity.eigenvalue_text import pair_of, spectrum_of
 from bgc.passivity.point import StartPoint
-from bgc.passivity.wording import pair_of, spectrum_of
 
 # Powers of ten of the trial values, SI, over the whole range that machines reach.
 _DECADES = {"f": range(-4, 4), "e": range(-4, 7)}

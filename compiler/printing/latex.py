@@ -14,8 +14,8 @@ from fractions import Fraction
 from functools import partial
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
+from bgc.algebra.discontinuities import is_segment
 from bgc.algebra.infix import number
-from bgc.algebra.jumps import is_segment
 from bgc.algebra.operation import Operation
 from bgc.ir.graph import Node
 from bgc.ir.program import Program

@@ -16,10 +16,10 @@ from bgc.grammar.syntax import File
 from bgc.ir.graph import Element, FlatGraph, ports_of
 from bgc.ir.program import Program
 from bgc.ir.shapes import ShapeUse
-from bgc.printing.causality import causality_tables, element_ends, ranges
-from bgc.printing.tables import as_text
+from bgc.printing.causality_table import causality_tables, element_ends, ranges
+from bgc.printing.text_tables import as_text
 from bgc.slicing.fold import Folding
-from bgc.slicing.report import dropped_lines, folded_lines
+from bgc.slicing.slicing_report import dropped_lines, folded_lines
 
 Pass: TypeAlias = Literal[
     "parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit"

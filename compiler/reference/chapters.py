@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Heading, Text
 
 _LISTED = re.compile(r"^\d+\. \[.+\]\((manual/\S+\.md)\)", re.MULTILINE)

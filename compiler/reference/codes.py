@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from bgc.diagnostics.catalogue.pages import find_page, pages, topics
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference.entry import Block, Entry, Group, paragraphs
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,26 +10,26 @@ from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue.pages import near_codes
 from bgc.diagnostics.catalogue.reference import unknown_topic
 from bgc.diagnostics.diagnostic import BgError
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference import (
     chapters,
     codes,
-    elements,
-    functions,
-    library,
+    element_entries,
+    function_entries,
+    library_entries,
     topics,
-    units,
-    words,
+    unit_entries,
+    word_entries,
 )
 from bgc.reference.entry import Entry, Group, Text, rows_of
 
 GROUPS: tuple[Group, ...] = (
-    elements.GROUP,
-    words.WORDS,
-    words.SCENE_NAMES,
-    functions.GROUP,
-    units.GROUP,
-    library.GROUP,
+    element_entries.GROUP,
+    word_entries.WORDS,
+    word_entries.SCENE_NAMES,
+    function_entries.GROUP,
+    unit_entries.GROUP,
+    library_entries.GROUP,
     codes.GROUP,
 )
 """All groups of the language and the library; other packages add theirs."""

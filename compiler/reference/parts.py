@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from bgc.grammar import syntax
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference.entry import Block, Code, Entry, Heading, Text, first_sentence, paragraphs
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 

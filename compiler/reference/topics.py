@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference.entry import Entry, Group, Text, first_sentence, rows_of
 
 _ROW = re.compile(r"^\| (.+?) \| (.+) \| (.+?) \|$", re.MULTILINE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bgc.diagnostics.catalogue import slots
-from bgc.diagnostics.report import Report
+from bgc.diagnostics.collection import Report
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.units import parse_unit

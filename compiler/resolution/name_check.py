@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from bgc.diagnostics.catalogue import listed, names, ranges, values
-from bgc.diagnostics.report import Report
+from bgc.diagnostics.collection import Report
 from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice
 from bgc.language.elements import ELEMENTS

@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import imports, names
 from bgc.diagnostics.catalogue.files import file_missing
+from bgc.diagnostics.collection import Report
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse, read_source
@@ -21,7 +21,7 @@ from bgc.resolution.conformance import check_conformance, check_interfaces
 from bgc.resolution.library import library_folder, library_modules, module_path, scene_file
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
-from bgc.resolution.scenes import collect_scenes
+from bgc.resolution.scene_inheritance import collect_scenes
 
 MAX_ANCESTORS = 100  # of a model, by `is`
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
-from bgc.algebra.expanded import expanded_text
+from bgc.algebra.expansion import expanded_text
 from bgc.diagnostics.catalogue import listed
 from bgc.ir.evaluation import always_evaluated
 from bgc.ir.fields import nodes_of

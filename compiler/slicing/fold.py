@@ -14,7 +14,7 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag, Kind
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node, Parameter
-from bgc.slicing.names import is_kept
+from bgc.slicing.keep_patterns import is_kept
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,9 +22,9 @@ from bgc.algebra.dag import Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
-from bgc.slicing.names import is_kept
+from bgc.slicing.keep_patterns import is_kept
 from bgc.slicing.signs import Signs
-from bgc.slicing.starts import zero_starts
+from bgc.slicing.zero_starts import zero_starts
 
 
 def invariant_states(program: Program) -> dict[int, Node]:

@@ -21,8 +21,8 @@ from bgc.ir.program import (
 )
 from bgc.ir.unused import without_settled_jumps, without_unused_divisors
 from bgc.slicing.invariants import invariant_states, put_in
-from bgc.slicing.names import is_kept
-from bgc.slicing.speeds import sliced_speeds
+from bgc.slicing.keep_patterns import is_kept
+from bgc.slicing.sliced_speeds import sliced_speeds
 
 
 def slice_program(program: Program) -> Program:
@@ -66,7 +66,11 @@ def _roots(program: Program) -> list[Node]:
         roots += [*program.closures.flows, *program.closures.conditions]
     if program.scene.accounts:
         roots += [program.energy.stored, program.energy.supplied, program.energy.dissipated]
-        roots += [program.dag.symbol(Kind.INPUT, k) for books in program.books for k in books]
+        roots += [
+            program.dag.symbol(Kind.INPUT, k)
+            for energies in program.coupling_energies
+            for k in energies
+        ]
     roots += [
         program.dag.symbol(Kind.STATE, index)
         for index, state in enumerate(program.states)

@@ -15,8 +15,8 @@ from typing import TypeAlias
 
 from sympy.polys.rings import PolyElement, PolyRing
 
-from bgc.algebra.components import all_components
 from bgc.algebra.matching import match
+from bgc.algebra.strong_components import all_components
 
 Row: TypeAlias = Mapping[int, PolyElement]
 """Column -> entry, the zero ones left out."""

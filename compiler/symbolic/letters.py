@@ -8,7 +8,7 @@ import sympy
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.ir.program import Program
-from bgc.linearising.opening import Opened, channel_names
+from bgc.linearising.analysis_scene import Opened, channel_names
 from bgc.printing.latex_names import latex_names
 
 TIME = "time"

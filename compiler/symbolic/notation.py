@@ -13,10 +13,10 @@ from sympy.polys.rings import PolyElement
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.align import LINE, Term, visible_width
 from bgc.symbolic.letters import latex_letters
+from bgc.symbolic.polynomial_text import Writer, terms_of
 from bgc.symbolic.ratios import Ratio, evaluated
 from bgc.symbolic.roots import Roots, numeric_roots
 from bgc.symbolic.transfer import TransferFunction
-from bgc.symbolic.writing import Writer, terms_of
 
 LONG_FACTOR = 8_000  # characters of a polynomial, without --full
 

@@ -17,11 +17,11 @@ from bgc.diagnostics.catalogue import symbolic as catalogue
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
+from bgc.linearising.analysis_scene import Opened
 from bgc.linearising.linear_form import linear_form
-from bgc.linearising.opening import Opened
-from bgc.symbolic.expressions import expressions
 from bgc.symbolic.letters import Letters, positive_letters
 from bgc.symbolic.pencil import LinearSystem
+from bgc.symbolic.sympy_expressions import expressions
 
 MOST_OPERATIONS = 100_000  # converted at a time, counted without sharing
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.symbolic.notation import (
     LONG_FACTOR,
     Spelled,
@@ -12,8 +12,8 @@ from bgc.symbolic.notation import (
     short,
     static_number,
 )
+from bgc.symbolic.polynomial_text import Writer, broken
 from bgc.symbolic.transfer import TransferFunction
-from bgc.symbolic.writing import Writer, broken
 
 _LONG_FORMULA = 72  # characters of a formula in a table, without --full
 

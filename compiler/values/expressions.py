@@ -20,7 +20,7 @@ from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice, keyword_advice
-from bgc.values import arithmetic, components, functions
+from bgc.values import arithmetic, component_selection, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.block_matrices import join_blocks
 from bgc.values.constants import (
@@ -30,7 +30,7 @@ from bgc.values.constants import (
     constant_scalar,
     whole_number,
 )
-from bgc.values.data import Column, Table
+from bgc.values.data_expressions import Column, Table
 from bgc.values.function_scope import FunctionScope
 from bgc.values.interpolation import interpolate, known, read_options
 from bgc.values.jacobians import Jacobian
@@ -120,14 +120,14 @@ class _Evaluator:
             case syntax.Name():
                 return self.name(expr)
             case syntax.Member(base, name, span):
-                if isinstance(base, syntax.Name) and (axis := components.axis_of(name)):
+                if isinstance(base, syntax.Name) and (axis := component_selection.axis_of(name)):
                     by_part = self.scope.component_of(base.name)
                     if by_part is not None and len(by_part.shape) == 1 <= axis <= by_part.shape[0]:
                         return by_part.evaluate((axis,))
                 found = self.path(base, depth)
                 if isinstance(found, Value):
                     end = Span(span.source, span.end - len(name), span.end)
-                    return components.member(found, name, end)
+                    return component_selection.member(found, name, end)
                 return found.member(name, span)
             case syntax.Index(base, indices, span):
                 if (part := self.component(base, indices, span, depth)) is not None:
@@ -152,7 +152,7 @@ class _Evaluator:
         if part is None:
             return None
         chosen = tuple([self.selection(index, depth + 2) for index in at])
-        components.check_selection(part.shape, chosen, span)
+        component_selection.check_selection(part.shape, chosen, span)
         if not all(selection.single for selection in chosen):
             return None
         return part.evaluate(tuple(selection.first for selection in chosen))
@@ -236,7 +236,7 @@ class _Evaluator:
                 return base.member(text.value, text.span)
         selections = tuple([self.selection(index, depth + 2) for index in indices])
         if isinstance(base, Value):
-            return components.select(base, selections, span)
+            return component_selection.select(base, selections, span)
         if isinstance(base, Column):
             return base.select(selections, span)
         for selection in selections:
@@ -244,14 +244,16 @@ class _Evaluator:
                 raise failure(shape_messages.no_range_of_parts(selection.span, base.description))
         return base.index(tuple(selection.first for selection in selections), span)
 
-    def selection(self, index: syntax.Expr | syntax.Range, depth: int) -> components.Selection:
+    def selection(
+        self, index: syntax.Expr | syntax.Range, depth: int
+    ) -> component_selection.Selection:
         if not isinstance(index, syntax.Range):
             place = self.place(index, depth)
-            return components.Selection(place, place, True, index.span)
+            return component_selection.Selection(place, place, True, index.span)
         first, last = self.place(index.first, depth), self.place(index.last, depth)
         if first > last:
             raise failure(shape_messages.empty_range(index.span, first, last))
-        return components.Selection(first, last, False, index.span)
+        return component_selection.Selection(first, last, False, index.span)
 
     def place(self, index: syntax.Expr, depth: int) -> int:
         return whole_number(

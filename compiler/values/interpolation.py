@@ -16,7 +16,7 @@ from bgc.diagnostics.catalogue import values as value_messages
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.values.arithmetic import Operand, failure, require_scalar
-from bgc.values.data import Column
+from bgc.values.data_expressions import Column
 from bgc.values.scope import Namespace
 from bgc.values.slopes import pchip_slopes, spline_slopes
 from bgc.values.units import Dimension, describe_dimension

@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 from bgc.algebra.angles import PI
 from bgc.grammar.unit_spelling import GROUPED, plain, ungrouped
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 Exponent: TypeAlias = int | Fraction
 Dimension: TypeAlias = tuple[Exponent, ...]

@@ -13,17 +13,17 @@ from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judg
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
-from bgc.emission.cost import Cost, cost_of
+from bgc.emission.operation_cost import Cost, cost_of
 from bgc.language.solver import Solver
 from bgc.options import Options
-from bgc.runtime.activity.changes import Candidate, keep_variants, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
+from bgc.runtime.activity.simplifications import Candidate, keep_variants, possible_changes
 from bgc.runtime.measuring.errors import largest_errors, worst_error
 from bgc.runtime.measuring.judging import Accuracy, duration_of
-from bgc.runtime.measuring.timed import Run, reason_of, timed_run
+from bgc.runtime.measuring.timed_run import Run, reason_of, timed_run
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.compiling import load_model
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import choose_method

@@ -18,7 +18,7 @@ from bgc.algebra.dag import Kind
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 
 _NAME = "power of port"  # names in a scene contain no blanks
 

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from bgc.runtime.activity.activity import activity_report
-from bgc.runtime.activity.tables import as_json, tables
+from bgc.runtime.activity.activity_tables import as_json, tables
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Budget, Duration, Json, SceneOptions
 from bgc.runtime.cli.printing import print_tables, print_text

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.linear_options import (
     Closed,

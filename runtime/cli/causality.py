@@ -2,7 +2,7 @@
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.printing.causality import causality_tables, stroke_table
+from bgc.printing.causality_table import causality_tables, stroke_table
 from bgc.runtime.cli.command import command
 from bgc.runtime.cli.options import SceneOptions
 from bgc.runtime.cli.printing import print_tables

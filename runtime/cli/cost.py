@@ -4,13 +4,13 @@ import json as json_format
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from bgc.emission.cost import Cost
-from bgc.printing.tables import Table
+from bgc.emission.operation_cost import Cost
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Json, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics, print_tables, print_text
-from bgc.runtime.measuring.cost import CostReport, cost_report
-from bgc.slicing.report import dropped_lines, folded_lines
+from bgc.runtime.measuring.scene_cost import CostReport, cost_report
+from bgc.slicing.slicing_report import dropped_lines, folded_lines
 
 _SIZES = {
     "states": "states",

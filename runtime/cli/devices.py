@@ -9,7 +9,7 @@ from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.printing import hanging, print_text
-from bgc.runtime.realtime.found import Finding, find_all
+from bgc.runtime.realtime.device_discovery import Finding, find_all
 
 _INDENT = 23  # characters before a text
 _EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")

@@ -10,7 +10,7 @@ from bgc.reference.index import GROUPS, GUIDES, answer, contents
 from bgc.reference.parts import declaration_entry, file_entry
 from bgc.runtime.cli.command import argument, command, option, require
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_paths
-from bgc.runtime.documents import methods
+from bgc.runtime.documents import method_entries
 from bgc.runtime.documents.terminal import print_entries
 
 _INTRO = (
@@ -56,7 +56,7 @@ def doc(
 
 def all_groups() -> tuple[Group, ...]:
     """Return all groups of names, topics and the manual last."""
-    return (*GROUPS, methods.GROUP, *GUIDES)
+    return (*GROUPS, method_entries.GROUP, *GUIDES)
 
 
 def _show_names(names: tuple[str, ...]) -> None:
@@ -65,7 +65,7 @@ def _show_names(names: tuple[str, ...]) -> None:
     if len(names) > 1 and own:
         print_entries(answer(" ".join(names[1:]), own))
     else:
-        print_entries(answer(" ".join(names), (*GROUPS, methods.GROUP), GUIDES))
+        print_entries(answer(" ".join(names), (*GROUPS, method_entries.GROUP), GUIDES))
 
 
 def _show_file(file: str, *wanted: str) -> None:

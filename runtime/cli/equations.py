@@ -7,7 +7,7 @@ from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.ir.program import Program
 from bgc.printing.latex import latex_equations
 from bgc.printing.stages import show_equations, symbol_names
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Pair, Target, command, option, require
 from bgc.runtime.cli.linear_options import LinearOptions
 from bgc.runtime.cli.options import Inputs, Outputs, PointOptions, SceneOptions
@@ -17,7 +17,7 @@ from bgc.runtime.cli.printing import (
     print_text,
     text_width,
 )
-from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
+from bgc.runtime.linear.linear_tables import linear_tables, write_csv, write_npz
 
 _LINES = 300  # of equations that are printed without --full
 

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.grammar.files import read_source
 from bgc.grammar.format import format_source
+from bgc.grammar.source_files import read_source
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Files
 from bgc.runtime.cli.printing import (

@@ -7,17 +7,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from bgc.runtime.cli.command import command, option, require
+from bgc.runtime.cli.command_server import announcing, prepare_serving, serving_beside
 from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
 from bgc.runtime.cli.options import ASSIGNED, SECONDS, Devices, SceneOptions, SolverOptions
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 from bgc.runtime.cli.realtime import LimitOptions, follow, print_couplings
-from bgc.runtime.cli.serving import announcing, prepare_serving, serving_beside
-from bgc.runtime.running.devices import read_choices
+from bgc.runtime.running.device_drivers import read_choices
 from bgc.runtime.view.page import bundle
 
 if TYPE_CHECKING:
     from bgc.runtime.realtime.loop import Realtime
-    from bgc.runtime.view.following import LoopFollower
+    from bgc.runtime.view.loop_view import LoopFollower
 
 
 @command()
@@ -101,7 +101,7 @@ def haptic(
 
 def _follower(name: str, devices: Mapping[str, str], method: Mapping[str, Any]) -> "LoopFollower":
     # The page of a loop is loaded where it is asked for.
-    from bgc.runtime.view.following import LoopFollower
+    from bgc.runtime.view.loop_view import LoopFollower
 
     return LoopFollower(name, read_choices(devices), **method)
 

@@ -10,7 +10,7 @@ from bgc.runtime.cli.options import Input, Output, PointOptions, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics
 from bgc.runtime.linear.feedback import close_loop, gain_unit, with_gain
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.running.quantity import read_quantity
 
 Gain = Annotated[

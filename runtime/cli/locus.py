@@ -4,13 +4,13 @@ from typing import Annotated
 
 import numpy as np
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import ChannelOptions
 from bgc.runtime.cli.options import PICTURE, TABLE
 from bgc.runtime.cli.printing import print_tables, print_written, write_rows
 from bgc.runtime.linear.feedback import gain_unit
-from bgc.runtime.linear.locus import Locus, root_locus
+from bgc.runtime.linear.root_loci import Locus, root_locus
 from bgc.runtime.linear.zeros import factors
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.command import command, option
-from bgc.runtime.documents.methods import GROUP
+from bgc.runtime.documents.method_entries import GROUP
 
 
 @command()
@@ -22,7 +22,7 @@ def lsp(
     """
     try:
         # An optional package, which no other command needs.
-        from bgc.runtime.editor.server import make_server
+        from bgc.runtime.editor.language_server import make_server
     except ImportError as problem:
         raise BgError([package_missing("pygls", "`bgc lsp`", "lsp")]) from problem
     # The server closes its output at the end; and what a package prints is no message of it.

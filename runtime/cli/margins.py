@@ -6,8 +6,8 @@ from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import ChannelOptions, High, Low
 from bgc.runtime.cli.options import PICTURE
 from bgc.runtime.cli.printing import print_tables, print_written
-from bgc.runtime.linear.margins import loop_response
-from bgc.runtime.linear.margins import margins as margins_of
+from bgc.runtime.linear.stability_margins import loop_response
+from bgc.runtime.linear.stability_margins import margins as margins_of
 
 
 @command()

@@ -9,7 +9,7 @@ from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import LinearOptions
 from bgc.runtime.cli.options import PICTURE, TABLE
 from bgc.runtime.cli.printing import print_tables, print_text, print_written
-from bgc.runtime.linear.tables import mode_table, write_modes
+from bgc.runtime.linear.linear_tables import mode_table, write_modes
 
 
 @command()

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.reference import bad_new_name, file_exists
-from bgc.grammar.words import RESERVED
+from bgc.grammar.language_words import RESERVED
 from bgc.language.elements import ELEMENTS
-from bgc.reference.library import declarations
+from bgc.reference.library_entries import declarations
 from bgc.runtime.cli.command import Target, argument, command, option, require
 from bgc.runtime.cli.printing import print_text, write_file
 from bgc.runtime.documents.templates import render_template

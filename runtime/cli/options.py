@@ -128,7 +128,7 @@ class SceneOptions(OptionGroup):
         """
         # Loads NumPy, which commands that run nothing do without.
         from bgc.runtime.model import Model
-        from bgc.runtime.running.compiling import load_as
+        from bgc.runtime.running.model_loading import load_as
         from bgc.runtime.running.progress import CompilingLine
 
         options = Options(self.scene, uses=self.uses, **more)

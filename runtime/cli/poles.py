@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import ChannelOptions, Closed
 from bgc.runtime.cli.options import PICTURE

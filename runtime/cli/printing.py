@@ -17,7 +17,7 @@ from click.exceptions import Exit
 from bgc.diagnostics.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
-    from bgc.printing.tables import Table
+    from bgc.printing.text_tables import Table
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
 """Exit statuses; see `bgc.runtime.cli.main`."""
@@ -147,7 +147,7 @@ def print_tables(tables: "Iterable[Table]") -> None:
     A table without rows and note is left out.
     """
     # `bgc --help` does without it.
-    from bgc.printing.tables import table_text
+    from bgc.printing.text_tables import table_text
 
     plain = not sys.stdout.isatty() or os.environ.get("TERM") == "dumb"
     for number, table in enumerate(each for each in tables if each.rows or each.note):
@@ -205,7 +205,7 @@ def _print_rich(table: "Table") -> None:
     from rich.table import Table as RichTable
     from rich.text import Text
 
-    from bgc.printing.tables import fitted, parted, table_text
+    from bgc.printing.text_tables import fitted, parted, table_text
 
     console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
     room = console.width + 1

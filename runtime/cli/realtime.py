@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from bgc.runtime.cli.command import OptionGroup, Value, option, signature
 from bgc.runtime.cli.printing import print_diagnostics, print_text
 from bgc.runtime.realtime.loop import Realtime
-from bgc.runtime.realtime.options import RealtimeOptions
-from bgc.runtime.realtime.report import Report
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.loop_report import Report
 
 if TYPE_CHECKING:
     from rich.console import Group

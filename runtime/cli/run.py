@@ -26,7 +26,7 @@ from bgc.runtime.cli.printing import (
 from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.summary import extremes, summarise
-from bgc.runtime.running.streamed import FILES, write_result
+from bgc.runtime.running.row_stream import FILES, write_result
 
 _KEPT = 2_000_000  # samples of a run in step with the clock
 
@@ -100,7 +100,7 @@ def _in_real_time(
     """Run in step with the clock; return the rows, and the status."""
     # Only this needs the loop and its view.
     from bgc.runtime.cli.realtime import follow, print_couplings
-    from bgc.runtime.realtime.binding import End
+    from bgc.runtime.realtime.servo_binding import End
     from bgc.runtime.running.arguments import read_solver
     from bgc.runtime.running.simulate import method_of, times_of
 

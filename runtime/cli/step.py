@@ -4,7 +4,7 @@ import math
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import bad_duration
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.linear_options import Closed, Gain, LinearOptions, in_loop, require_one
 from bgc.runtime.cli.options import PICTURE, SECONDS, Input, Outputs

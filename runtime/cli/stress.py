@@ -14,7 +14,7 @@ from bgc.runtime.cli.options import (
 )
 from bgc.runtime.cli.printing import AT_FAULT, print_tables, print_text, print_written
 from bgc.runtime.stress.stress import stress as stress_map
-from bgc.runtime.stress.tables import as_json, summary, tables, write_csv
+from bgc.runtime.stress.stress_tables import as_json, summary, tables, write_csv
 
 
 @command()
@@ -80,7 +80,7 @@ def stress(
         write_csv(found, out)
     if plot is not None:
         # Loads matplotlib.
-        from bgc.runtime.stress.plot import draw
+        from bgc.runtime.stress.stress_plot import draw
 
         draw(found, plot)
     if not (quiet or json):

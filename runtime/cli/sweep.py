@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import PICTURE, MethodOptions, SceneOptions, Scheduler
 from bgc.runtime.cli.printing import (
@@ -21,7 +21,7 @@ from bgc.runtime.cli.printing import (
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import STUDY_KINDS
-from bgc.runtime.running.sweep import DESIGNS
+from bgc.runtime.running.parameter_grid import DESIGNS
 from bgc.runtime.studies.sweep import Design, check_reports
 
 _SHOWN = 3  # failures, and warnings of instances

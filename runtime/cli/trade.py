@@ -14,8 +14,8 @@ from bgc.runtime.cli.printing import (
     save,
 )
 from bgc.runtime.trade.configurations import KEEPS, RTOLS
-from bgc.runtime.trade.tables import tables
 from bgc.runtime.trade.trade import trade as measure_trade
+from bgc.runtime.trade.trade_tables import tables
 
 _LEAST_SHARE = 0.5  # of the budget, which compiling does not take
 

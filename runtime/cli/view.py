@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from bgc.runtime.cli.command import Target, command, option, require
+from bgc.runtime.cli.command_server import announcing, prepare_serving, run_until_signal
 from bgc.runtime.cli.options import (
     Devices,
     MethodOptions,
@@ -14,19 +15,18 @@ from bgc.runtime.cli.options import (
     Whole,
 )
 from bgc.runtime.cli.printing import attempt, print_diagnostics, print_text, write_file
-from bgc.runtime.cli.serving import announcing, prepare_serving, run_until_signal
 from bgc.runtime.model import Model
 from bgc.runtime.running.arguments import read_solver
-from bgc.runtime.running.devices import Choices, read_choices
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.device_drivers import Choices, read_choices
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
-from bgc.runtime.view.description import describe_model, meshes_of
-from bgc.runtime.view.exchange import Exchange, Prepared
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.page import bundle, page, replay_data
+from bgc.runtime.view.part_exchange import Exchange, Prepared
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.recording import RESULTS, Recording, read_recording, recorded
+from bgc.runtime.view.scene_description import describe_model, meshes_of
 
 
 @command()
@@ -69,7 +69,7 @@ def view(
         model = scene.model(quiet, whole=whole, strict=strict, preview=preview, shapes=True)
         if modes:
             # Loads the compiler, which a model from the cache does without.
-            from bgc.runtime.view.modes import record_modes
+            from bgc.runtime.view.mode_shapes import record_modes
 
             assert model.origin is not None
             recording = record_modes(model, *model.origin, point.point)

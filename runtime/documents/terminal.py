@@ -16,7 +16,7 @@ from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
 from bgc.diagnostics.render import escaped
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.reference.entry import Code, Entry, Heading, Text
 
 _PROSE = 96  # characters of a line of prose at most, however wide the terminal

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from bgc.grammar.language_words import RESERVED, TABLE
 from bgc.grammar.lark_parser import lark_parser
-from bgc.grammar.words import RESERVED, TABLE
 from bgc.language.elements import ELEMENTS
 from bgc.values.functions import BUILTINS
 

@@ -14,9 +14,9 @@ from bgc.diagnostics.catalogue.editing import analysis_failed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import Stage, Stages, check_package
-from bgc.editing.analysis import Analysis, analyse
 from bgc.editing.documents import Documents
 from bgc.editing.facts import Facts, facts_of, merged, shifted_facts
+from bgc.editing.file_analysis import Analysis, analyse
 from bgc.editing.hints import Hint, hints
 from bgc.editing.moves import moving
 from bgc.grammar import syntax

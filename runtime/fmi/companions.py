@@ -11,8 +11,8 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.documents.templates import render_template
-from bgc.runtime.fmi.model import FmuModel
-from bgc.runtime.fmi.variables import Variable
+from bgc.runtime.fmi.fmu_model import FmuModel
+from bgc.runtime.fmi.fmu_variables import Variable
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.run import set_method, start

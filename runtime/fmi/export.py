@@ -10,13 +10,13 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from bgc.printing.draw import lay_out, to_dot
 from bgc.runtime.fmi.binaries import Platform, binary_folders, build_binaries
 from bgc.runtime.fmi.companions import osp_description, reference_files
-from bgc.runtime.fmi.description import (
+from bgc.runtime.fmi.fmu_model import FmuModel
+from bgc.runtime.fmi.model_description import (
     build_description,
     fmi2_description,
     fmi3_description,
     terminals_and_icons,
 )
-from bgc.runtime.fmi.model import FmuModel
 
 _EARLIEST = (1980, 1, 1, 0, 0, 0)  # of a zip archive: equal models make equal archives
 

@@ -28,9 +28,9 @@ from bgc.options import Options
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.binaries import Platform
 from bgc.runtime.fmi.export import archived, fmu_archive
-from bgc.runtime.fmi.model import FmuModel, identifier_of, prepare_model
-from bgc.runtime.fmi.units import unit_definitions, unit_name
-from bgc.runtime.fmi.variables import Variable
+from bgc.runtime.fmi.fmu_model import FmuModel, identifier_of, prepare_model
+from bgc.runtime.fmi.fmu_units import unit_definitions, unit_name
+from bgc.runtime.fmi.fmu_variables import Variable
 from bgc.values.units import parse_unit
 
 _PART = re.compile(r"([A-Za-z]\w*)=(.*)", re.DOTALL)

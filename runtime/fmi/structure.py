@@ -14,7 +14,7 @@ from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
-from bgc.runtime.fmi.variables import Table, Variable
+from bgc.runtime.fmi.fmu_variables import Table, Variable
 
 Reads = frozenset[tuple[Kind, int]]
 

@@ -19,9 +19,9 @@ from bgc.diagnostics.catalogue.imported import not_importable, wrong_structure, 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.format import format_source
-from bgc.runtime.importing.names import Names
+from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.plain_yaml import Scalar, Value, read_yaml
-from bgc.runtime.importing.rotations import number
+from bgc.runtime.importing.rotation_text import number
 
 _VERSION = "0.1"
 # Parameters of each component, with BondGraphTools' defaults; None is an input.

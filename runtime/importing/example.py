@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
+from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.inertia import rounded
 from bgc.runtime.importing.layout import bracketed
-from bgc.runtime.importing.names import Names
 from bgc.runtime.importing.plan import Plan
 from bgc.runtime.importing.robot import Joint, Kind
-from bgc.runtime.importing.rotations import Vector, number
+from bgc.runtime.importing.rotation_text import Vector, number
 
 _MOVE = {Kind.TURNS: 0.2, Kind.SLIDES: 0.02}  # rad, m
 

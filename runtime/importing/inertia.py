@@ -12,7 +12,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.robot import Body, Kind, Pose, Robot
-from bgc.runtime.importing.rotations import Matrix, rows_of
+from bgc.runtime.importing.rotation_text import Matrix, rows_of
 
 _ROUNDING = 1e-9  # of the largest moment
 _POINT = 1e-6  # m: radius of gyration below which moments are rounding of zero

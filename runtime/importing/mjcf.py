@@ -22,8 +22,8 @@ from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.language.shape_table import MESH_FILES
-from bgc.runtime.importing.elements import Element, read_elements
 from bgc.runtime.importing.inertia import body_of
+from bgc.runtime.importing.link_tree import in_depth_first_order
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.robot import (
     ORIGIN,
@@ -36,8 +36,8 @@ from bgc.runtime.importing.robot import (
     Pose,
     Robot,
 )
-from bgc.runtime.importing.rotations import Vector, by_quaternion
-from bgc.runtime.importing.tree import in_depth_first_order
+from bgc.runtime.importing.rotation_text import Vector, by_quaternion
+from bgc.runtime.importing.xml_elements import Element, read_elements
 
 _EARTH = (0.0, 0.0, -9.81)
 _NAMES = frozenset(("name", "class", "childclass", "model", "file"))

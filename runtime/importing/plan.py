@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.inertia import Carried, rounded
-from bgc.runtime.importing.names import Names
 from bgc.runtime.importing.robot import Joint, Kind, Link, Robot
-from bgc.runtime.importing.rotations import Vector, number
+from bgc.runtime.importing.rotation_text import Vector, number
 
 _SERVO = 2 * math.pi * 8  # rad/s: frequency of the example's servos
 _STOP = 2 * math.pi * 40  # rad/s: frequency of end stops

@@ -10,7 +10,7 @@ from enum import Enum
 from pathlib import Path
 
 from bgc.diagnostics.source import Span
-from bgc.runtime.importing.rotations import UNTURNED, Rotation, Vector
+from bgc.runtime.importing.rotation_text import UNTURNED, Rotation, Vector
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 

@@ -22,13 +22,13 @@ from bgc.diagnostics.catalogue.imported import (
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label
 from bgc.diagnostics.source import Source
-from bgc.runtime.importing.elements import Element, read_elements
 from bgc.runtime.importing.inertia import body_of
+from bgc.runtime.importing.link_tree import in_depth_first_order
 from bgc.runtime.importing.meshes import Meshes
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.robot import Body, Joint, Kind, Link, Mimicked, Picture, Pose, Robot
-from bgc.runtime.importing.rotations import Vector, by_roll_pitch_yaw
-from bgc.runtime.importing.tree import in_depth_first_order
+from bgc.runtime.importing.rotation_text import Vector, by_roll_pitch_yaw
+from bgc.runtime.importing.xml_elements import Element, read_elements
 
 _KINDS = {
     "fixed": Kind.FIXED,

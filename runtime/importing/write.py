@@ -9,12 +9,12 @@ from pathlib import Path
 from bgc.diagnostics.source import Source
 from bgc.grammar.format import format_source
 from bgc.runtime.importing.example import example
+from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.inertia import carried_by_joints, principal
 from bgc.runtime.importing.layout import bracketed, call, chained
-from bgc.runtime.importing.names import Names
 from bgc.runtime.importing.plan import Plan, plan_of
 from bgc.runtime.importing.robot import ORIGIN, Body, Joint, Kind, Link, Picture, Pose, Robot
-from bgc.runtime.importing.rotations import Vector, number
+from bgc.runtime.importing.rotation_text import Vector, number
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 _PARTS = {

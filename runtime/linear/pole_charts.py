@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from bgc.runtime.linear.locus import Locus
+from bgc.runtime.linear.root_loci import Locus
 from bgc.runtime.linear.zeros import Factors
 from bgc.runtime.results.arrays import Complex
 from bgc.runtime.results.plot import COLOURS, Target, picture

@@ -14,9 +14,9 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import singular_mass
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 _ROUNDING = 1e-14
 _WELL_CONDITIONED = 1e12
@@ -55,7 +55,7 @@ class Mode:
         return -1 / real if real != 0 else math.inf
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, repr=False)
 class Linearisation:
     """`E dx' = A dx + B du`, `dy = C dx + D du` about an operating point.
@@ -161,7 +161,7 @@ class Linearisation:
 
     def _repr_html_(self) -> str:
         # Only a notebook needs it.
-        from bgc.printing.tables import Table
+        from bgc.printing.text_tables import Table
         from bgc.runtime.results.html import tables_html
 
         modes = tuple(

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from bgc.diagnostics.announced import announce
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.python_warnings import announce
 from bgc.options import Options
-from bgc.runtime.linearising.operating import OpenedModel, OperatingPoint
-from bgc.symbolic.model import SymbolicModel
+from bgc.runtime.linearising.operating_point import OpenedModel, OperatingPoint
+from bgc.symbolic.symbolic_model import SymbolicModel
 from bgc.symbolic.system import Value
 from bgc.symbolic.transfer import TransferFunction
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bgc.language.columns import vector_of
+from bgc.language.column_names import vector_of
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.loaded import Variable
-from bgc.values.shown import Shown
+from bgc.runtime.running.loaded_model import Variable
+from bgc.values.shown_units import Shown
 
 _SMALLEST_RANGE = 1e-6  # of the largest quantity of its unit
 

@@ -13,7 +13,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.measuring.errors import Quantity, quantities_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.identity import scene_identity
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")
 """Methods of references; those that come first complete most runs."""

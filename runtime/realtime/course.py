@@ -10,18 +10,18 @@ import numpy as np
 from bgc.diagnostics.catalogue.exchange import cannot_exchange
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
-from bgc.runtime.realtime.binding import POSE_SIZE, OptionsStruct
-from bgc.runtime.realtime.options import RealtimeOptions, fill_options, period_of
+from bgc.runtime.realtime.loop_options import RealtimeOptions, fill_options, period_of
+from bgc.runtime.realtime.servo_binding import POSE_SIZE, OptionsStruct
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import require
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.ports import require_ports
+from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.run import set_method, start
 from bgc.runtime.running.structures import Status
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 RESTING = (*[0.0] * 3, 1.0, *[0.0] * (POSE_SIZE - 4))
 """A pose at rest in the middle of the workspace."""

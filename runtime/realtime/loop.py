@@ -21,7 +21,6 @@ from bgc.diagnostics.catalogue.realtime import (
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver, SolverKeywords
-from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
 from bgc.runtime.realtime.course import (
     Course,
     make_course,
@@ -29,11 +28,8 @@ from bgc.runtime.realtime.course import (
     places_of,
     resting_poses,
 )
-from bgc.runtime.realtime.options import RealtimeOptions
-from bgc.runtime.realtime.passivity import Coupling, couplings, lag_warnings
-from bgc.runtime.realtime.pointers import Pointers
-from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, now
-from bgc.runtime.realtime.records import (
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.loop_records import (
     POSE_STAMP,
     Kept,
     Recorder,
@@ -41,14 +37,18 @@ from bgc.runtime.realtime.records import (
     rows_of,
     whole_poses_of,
 )
-from bgc.runtime.realtime.report import Report, report_of
+from bgc.runtime.realtime.loop_report import Report, report_of
+from bgc.runtime.realtime.passivity import Coupling, couplings, lag_warnings
+from bgc.runtime.realtime.pointers import Pointers
+from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, now
+from bgc.runtime.realtime.servo_binding import ClockStruct, End, Servo, load_servo
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.arguments import read_solver, with_solver_keywords
-from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
+from bgc.runtime.running.device_drivers import DeviceChoice, find_drivers, read_choices
 from bgc.runtime.running.failures import quotable
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.poses import pose_words
 from bgc.runtime.running.simulate import method_of, named_result

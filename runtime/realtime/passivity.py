@@ -34,12 +34,12 @@ import numpy as np
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.ir.port_facts import ForceFacts
-from bgc.runtime.realtime.binding import CapabilitiesStruct
+from bgc.runtime.realtime.servo_binding import CapabilitiesStruct
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.ports import number_of, parameter_places
+from bgc.runtime.running.port_bounds import number_of, parameter_places
 from bgc.runtime.running.structures import OptionsStruct, Status
 
 _POSE, _EFFORT = 27, 7  # doubles

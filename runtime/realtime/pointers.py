@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue.realtime import no_pointer
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.realtime.binding import Servo
+from bgc.runtime.realtime.servo_binding import Servo
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.devices import FoundDriver
+from bgc.runtime.running.device_drivers import FoundDriver
 from bgc.runtime.running.poses import FED
 
 

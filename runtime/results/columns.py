@@ -19,10 +19,10 @@ from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.doors import with_doors
-from bgc.language.columns import column_of, component_of, name_in_si
+from bgc.diagnostics.public import public_class
+from bgc.language.column_names import column_of, component_of, name_in_si
 from bgc.runtime.results.arrays import Array
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 
 class UnknownColumn(BgError, KeyError):
@@ -83,7 +83,7 @@ class InUnits:
         return self.shown_in(name).heading(name_in_si(name))
 
 
-@with_doors
+@public_class
 class NamedColumns(InUnits, Mapping[str, Array]):
     """A base of the rows of one run and of many: a mapping from names to arrays.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, optional_package
 from bgc.runtime.results.finite import not_finite
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _PANELS = 12  # of a plot
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class Ensemble(NamedColumns, Runs):
     """Rows of many runs, SI values: an array over instances, times and outputs.

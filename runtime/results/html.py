@@ -8,7 +8,7 @@ from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import MOST_ROWS, figure_html, table_html
 from bgc.runtime.results.plot import Columns, plot_result

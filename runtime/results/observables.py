@@ -13,9 +13,9 @@ from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.studies import bad_observable
 from bgc.diagnostics.diagnostic import BgError
-from bgc.language.columns import column_of, component_of, name_in_si
+from bgc.language.column_names import column_of, component_of, name_in_si
 from bgc.runtime.results.arrays import Array
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 _FORM = re.compile(
     r"(?P<function>\w+)\s*\((?P<inside>.*)\)\s*"

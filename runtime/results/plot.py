@@ -20,12 +20,12 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_panel
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
-from bgc.language.columns import name_in_si
+from bgc.language.column_names import name_in_si
 from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.runs import Runs
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 KINDS = (".png", ".svg", ".pdf")
 

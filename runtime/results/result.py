@@ -14,16 +14,16 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, dataset, optional_package
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.finite import not_finite
-from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
+from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.row_files import CsvRows, RowArray, RowFile
-from bgc.runtime.results.shapes import Shape, arrays_of, described
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +62,7 @@ def balance_warnings(time: Array, residual: Array, exchanged: float) -> Iterator
         yield out_of_balance(float(time[first]), largest / exchanged)
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(NamedColumns):
     """Rows of a run, as columns by name; SI values.

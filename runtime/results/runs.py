@@ -14,18 +14,18 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.doors import with_doors
+from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.columns import InUnits, UnknownColumn, dataset
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.interrupted import Interrupted
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 _LISTED = 10  # numbers of instances in a warning
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class Runs(InUnits):
     """Runs with their varied parameters and their status; `values` has them in its first axis.
@@ -143,7 +143,7 @@ class Runs(InUnits):
         return [k for k, status in enumerate(self.status) if status != INTERRUPTED]
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class ObservedRuns(Runs):
     """Runs of which each leaves numbers; `values` is (n, observables)."""

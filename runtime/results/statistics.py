@@ -10,11 +10,11 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.runs import ObservedRuns
-from bgc.runtime.results.tabled import Tabled
-from bgc.values.shown import Shown
+from bgc.runtime.results.table_display import Tabled
+from bgc.values.shown_units import Shown
 
 _RESAMPLES = 1000
 _FEWEST_RANKED_RUNS = 8  # runs of a ranking

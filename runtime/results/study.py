@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from bgc.diagnostics.catalogue import counted
-from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table, table_text
+from bgc.diagnostics.public import public_class
+from bgc.printing.text_tables import Table, table_text
 from bgc.runtime.results.columns import optional_package
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.runs import ObservedRuns
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _LINES = 20  # of a table on the terminal
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(ObservedRuns):
     """Observables of many runs, SI: `study["max(tension)"]` is (n,), as is `study["mass"]`.

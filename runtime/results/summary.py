@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bgc.language.columns import name_in_si
-from bgc.printing.tables import Table, table_text
-from bgc.runtime.results.rest import described
+from bgc.language.column_names import name_in_si
+from bgc.printing.text_tables import Table, table_text
+from bgc.runtime.results.rest_report import described
 from bgc.runtime.results.result import Result
 
 _MOST_COLUMNS = 12

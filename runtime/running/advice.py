@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 from bgc.language.methods import METHODS, ROSENBROCK, SWITCHING, SWITCHING_FIXED, Method
 from bgc.language.solver import Solver
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 
 _WORTHWHILE = 0.6  # predicted time of the explicit method over that of the run
 _FEWEST_STEPS = 100  # of a run that is long enough for its time to matter

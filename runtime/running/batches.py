@@ -20,17 +20,17 @@ from bgc.runtime.results.observables import Reducer
 from bgc.runtime.results.runs import DONE, FAILED, INTERRUPTED
 from bgc.runtime.running.binding import Instance, Library
 from bgc.runtime.running.cases import Cases
-from bgc.runtime.running.devices import open_devices
+from bgc.runtime.running.device_drivers import open_devices
 from bgc.runtime.running.failures import require
-from bgc.runtime.running.faint import faint_states
-from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.lane_interface import LaneLibrary
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.ports import require_ports
+from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import set_method, start
+from bgc.runtime.running.run_warnings import energy_warnings, step_warnings
 from bgc.runtime.running.structures import Status
-from bgc.runtime.running.warned import energy_warnings, step_warnings
+from bgc.runtime.running.subtolerance import subtolerance_states
 
 _WATCH_SECONDS = 0.05
 _WIDEST = 8  # instances of a batch: doubles of the widest vector register
@@ -59,7 +59,7 @@ class Work:
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
     warned: dict[int, tuple[Diagnostic, ...]] = field(default_factory=dict)  # as single runs are
-    faint: set[int] = field(default_factory=set)  # in which a state fell and grew again
+    subtolerance: set[int] = field(default_factory=set)  # in which a state fell and grew again
     seconds: float = 0.0  # processor time of all threads
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
@@ -160,8 +160,8 @@ class Work:
         )
         if found:
             self.warned[number] = found
-        if faint_states(instance):
-            self.faint.add(number)
+        if subtolerance_states(instance):
+            self.subtolerance.add(number)
 
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""

@@ -24,10 +24,10 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.structures import (
     ABI,
     CountsStruct,
-    FaintState,
     ModelStruct,
     OptionsStruct,
     Status,
+    SubtoleranceState,
 )
 
 _Doubles = POINTER(c_double)
@@ -52,7 +52,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_save": (c_int, (c_void_p,)),
     "bgc_restore": (c_int, (c_void_p,)),
     "bgc_next_held": (c_int, (_Doubles, _Doubles)),
-    "bgc_get_subtolerance": (c_int, (c_int, POINTER(FaintState))),
+    "bgc_get_subtolerance": (c_int, (c_int, POINTER(SubtoleranceState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
     "bgc_device_handle": (c_void_p, (c_int,)),
@@ -348,9 +348,9 @@ class Instance:
         """Return to a saved state of an instance of the same model."""
         return Status(self._call("bgc_restore", saved))
 
-    def faint(self, index: int) -> FaintState | None:
+    def subtolerance(self, index: int) -> SubtoleranceState | None:
         """Report how a state fell below its tolerance and grew again in this run."""
-        found = FaintState()
+        found = SubtoleranceState()
         return found if self._call("bgc_get_subtolerance", index, byref(found)) else None
 
     def rhs(self) -> tuple[Status, Array]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, assert_never
 
-from bgc.building.built import Place, Places
+from bgc.building.build_result import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from bgc.building.cache import file_digest
 from bgc.runtime.running.binding import text
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 
 _LARGEST = 256_000_000  # bytes that the driver `trace` reads
 _PRESENT: Mapping[str, float] = MappingProxyType({})

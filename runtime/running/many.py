@@ -35,15 +35,15 @@ from bgc.runtime.results.study import Study
 from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.cases import Cases
-from bgc.runtime.running.compiling import load_or_compile
-from bgc.runtime.running.examined import examine
-from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.examination import examine
+from bgc.runtime.running.lane_interface import LaneLibrary
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_or_compile
 from bgc.runtime.running.parameters import Parameters
+from bgc.runtime.running.partial_ensemble import Unfinished, find_unfinished
 from bgc.runtime.running.run import with_capped_step
-from bgc.runtime.running.unfinished import Unfinished, find_unfinished
-from bgc.runtime.running.warned import negative_among
-from bgc.values.shown import Shown, shown_by
+from bgc.runtime.running.run_warnings import negative_among
+from bgc.values.shown_units import Shown, shown_by
 
 _FEWEST = 4  # instances from which on compiling for batches pays
 

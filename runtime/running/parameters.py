@@ -19,11 +19,11 @@ from bgc.diagnostics.catalogue.arguments import (
     wrong_shape,
 )
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table
+from bgc.diagnostics.public import public_class
+from bgc.printing.text_tables import Table
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 _NONE: Mapping[str, Shown] = MappingProxyType({})
 
@@ -50,7 +50,7 @@ class Parameter:
         return f"<parameter {self.name} = {self.shown.text(self.value)}>"
 
 
-@with_doors
+@public_class
 class Parameters(Mapping[str, Parameter]):
     """A model's parameters by name.
 

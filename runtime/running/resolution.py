@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.structures import Status
 
 

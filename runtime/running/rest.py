@@ -34,7 +34,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene import Rest
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest import AtRest, Move
+from bgc.runtime.results.rest_report import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Relations, Undefined, orthonormal
 from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales, svd

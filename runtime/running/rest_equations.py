@@ -11,7 +11,7 @@ from bgc.language.scene import Rest
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Undefined
-from bgc.runtime.running.resting import Resting
+from bgc.runtime.running.rest_instance import Resting
 from bgc.runtime.running.structures import Status
 
 _PART = 1e-6  # of a state's scale or a parameter, for a difference quotient

@@ -8,7 +8,7 @@ from threading import Event, Thread
 from typing import Any, TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.built import RunFacts
+from bgc.building.build_result import RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
     option_not_served,
@@ -21,7 +21,7 @@ from bgc.language.methods import METHODS, default_method
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rest import go_to_rest

@@ -16,22 +16,22 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.recorded_shapes import shapes_of
+from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
-from bgc.runtime.results.shapes import shapes_of
 from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.devices import NO_CHOICES, Choices
+from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
-from bgc.runtime.running.faint import Undecided, faint_states, undecided
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.ports import port_diagnostics
-from bgc.runtime.running.recommended import recommended_method
+from bgc.runtime.running.port_bounds import port_diagnostics
+from bgc.runtime.running.recommendation import recommended_method
 from bgc.runtime.running.rows import RowTimes, lazy_times, row_times
 from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
+from bgc.runtime.running.run_warnings import run_warnings
 from bgc.runtime.running.structures import Status
-from bgc.runtime.running.warned import run_warnings
+from bgc.runtime.running.subtolerance import Undecided, subtolerance_states, undecided
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 _NOT_GIVEN = Solver()
@@ -166,7 +166,7 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
     reached = instance.state.copy() if at_end else instance.state_at(time)
     inputs = instance.input.copy()
     warned = (*notices, *run_warnings(model, instance, method))
-    if state is None and faint_states(instance):
+    if state is None and subtolerance_states(instance):
         warned += tuple(rounding_warnings(model, method, np.linspace(0.0, time, _ROWS)))
     return Reached(reached, inputs, warned)
 
@@ -231,7 +231,7 @@ def bare_result(model: LoadedModel, times: Array, rows: Array, method: Solver) -
 
 def undecided_state(found: Undecided) -> Diagnostic:
     """Warn of a state that rounding decides (BG726)."""
-    faint = found.faint
+    subtolerance = found.subtolerance
     cure = None if found.atol is None or found.right is None else (found.atol, found.right)
-    times = faint.fell, faint.grown
-    return rounding_decides(found.name, faint.tolerance, times, found.end, cure)
+    times = subtolerance.fell, subtolerance.grown
+    return rounding_decides(found.name, subtolerance.tolerance, times, found.end, cure)

@@ -193,7 +193,7 @@ class CountsStruct(ctypes.Structure):
     ]
 
 
-class FaintState(ctypes.Structure):
+class SubtoleranceState(ctypes.Structure):
     """`bgc_subtolerance_state`."""
 
     _fields_: ClassVar[_Fields] = [

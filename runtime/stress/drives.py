@@ -35,7 +35,7 @@ from bgc.ir.graph import (
 )
 from bgc.runtime.running.parameters import Parameter
 from bgc.runtime.running.quantity import read_quantity
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}

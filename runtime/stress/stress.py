@@ -16,10 +16,10 @@ from bgc.driver import compile_scene
 from bgc.language.methods import default_method
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.judging import Accuracy, duration_of
-from bgc.runtime.measuring.timed import reason_of, timed_run
+from bgc.runtime.measuring.timed_run import reason_of, timed_run
 from bgc.runtime.running.arguments import read_solver
-from bgc.runtime.running.compiling import load_model
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.run import choose_method
 from bgc.runtime.stress.drives import (
@@ -30,7 +30,7 @@ from bgc.runtime.stress.drives import (
     all_drives,
     read_drive,
 )
-from bgc.runtime.stress.judge import (
+from bgc.runtime.stress.stress_judge import (
     DEFAULT_RTOL,
     Judge,
     Judgement,
@@ -38,7 +38,7 @@ from bgc.runtime.stress.judge import (
     Verdict,
     limited_run,
 )
-from bgc.runtime.stress.store import Settings, Store, open_store
+from bgc.runtime.stress.stress_store import Settings, Store, open_store
 
 WITHIN = 1e-3
 BUDGET = 120.0

@@ -11,8 +11,8 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.cases import Cases
-from bgc.runtime.running.examined import examine
-from bgc.runtime.running.lanes import LaneLibrary
+from bgc.runtime.running.examination import examine
+from bgc.runtime.running.lane_interface import LaneLibrary
 from bgc.runtime.running.many import Plan
 
 BATCH = 8  # cases that stay together: a multiple of the instances of a batch on every machine

@@ -11,7 +11,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.runs import gathered
 from bgc.runtime.running.many import Plan
-from bgc.runtime.running.sweep import Range
+from bgc.runtime.running.parameter_grid import Range
 from bgc.runtime.studies.points import PointRuns, slopes, stencil
 
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bgc.diagnostics.doors import with_doors
-from bgc.language.columns import name_in_si
-from bgc.printing.tables import Table
+from bgc.diagnostics.public import public_class
+from bgc.language.column_names import name_in_si
+from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_rows
-from bgc.runtime.studies.found import FoundParameters
+from bgc.runtime.studies.found_parameters import FoundParameters
 from bgc.runtime.studies.motion import Recorded
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Estimate(FoundParameters):
     """Estimated parameters: `estimate["k"]` is a value, SI, `estimate.interval("k")` its ends.

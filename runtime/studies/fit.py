@@ -13,13 +13,13 @@ from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.sweep import Range
-from bgc.runtime.running.warned import negative_among
-from bgc.runtime.studies.arguments import spread, with_sobol
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.parameter_grid import Range
+from bgc.runtime.running.run_warnings import negative_among
 from bgc.runtime.studies.estimate import Estimate
 from bgc.runtime.studies.motion import Recorded
 from bgc.runtime.studies.points import PointRuns, slopes, stencil
+from bgc.runtime.studies.search_arguments import spread, with_sobol
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 

@@ -12,11 +12,11 @@ import numpy as np
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.language.columns import column_of, name_in_si
+from bgc.language.column_names import column_of, name_in_si
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.csv_tables import factor, read_columns
-from bgc.runtime.running.loaded import LoadedModel, Variable
+from bgc.runtime.running.loaded_model import LoadedModel, Variable
 
 _LARGEST = 1e100  # value: sums of its squares, weighted, are far from the largest double
 

@@ -17,12 +17,12 @@ from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.parameter_grid import Axis, read_axis
 from bgc.runtime.running.quantity import read_quantity
-from bgc.runtime.running.sweep import Axis, read_axis
 from bgc.runtime.studies.operability_result import Operability
 from bgc.runtime.studies.sweep import Design, criteria_of, sweep
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 JUDGES = ("gumbel", "worst")
 EXTREMES = ("max", "min", "peak", "range")  # observables that grow with the time of exposure

@@ -12,15 +12,15 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table
+from bgc.diagnostics.public import public_class
+from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
-from bgc.runtime.results.tabled import Tabled
+from bgc.runtime.results.table_display import Tabled
 from bgc.runtime.running.csv_tables import number_of, read_rows
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,7 +76,7 @@ def read_scatter(path: str | Path) -> Scatter:
     return Scatter(heights, periods, table / table.sum())
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False)
 class Operability(Tabled):
     """Sea states with the criteria that hold in them.

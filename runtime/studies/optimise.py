@@ -20,14 +20,14 @@ from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import STEPPED, Criterion, Observable
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.parameter_grid import Range
 from bgc.runtime.running.progress import StatusLine
-from bgc.runtime.running.sweep import Range
-from bgc.runtime.running.warned import negative_among
-from bgc.runtime.studies.arguments import spread, with_sobol
+from bgc.runtime.running.run_warnings import negative_among
 from bgc.runtime.studies.designs import Designs, RunsSpent
 from bgc.runtime.studies.optimum import Limit, Optimum
 from bgc.runtime.studies.points import PointRuns
+from bgc.runtime.studies.search_arguments import spread, with_sobol
 
 SEARCHES = ("gradient", "evolution")
 JUDGES = ("worst", "mean")

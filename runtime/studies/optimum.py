@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.doors import with_doors
-from bgc.printing.tables import Table
+from bgc.diagnostics.public import public_class
+from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import Criterion, Observable
-from bgc.runtime.studies.found import FoundParameters
+from bgc.runtime.studies.found_parameters import FoundParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ class Limit:
         return "reached" if self.slack <= _REACHED else ""
 
 
-@with_doors
+@public_class
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Optimum(FoundParameters):
     """The best design: `optimum["k"]` is the value of a parameter, SI.

@@ -18,8 +18,8 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.results.runs import Runs
 from bgc.runtime.running.cases import Cases
-from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.lane_interface import LaneLibrary
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.many import Plan, lane_library, plan_many, run_many
 
 _STEP = 1e-4  # of a range or a scale: central differences then have an error of some 1e-8

@@ -26,7 +26,7 @@ from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import check_kind
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.csv_tables import read_cases
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.many import (
     Plan,
     lane_library,
@@ -35,12 +35,12 @@ from bgc.runtime.running.many import (
     plan_many,
     run_many,
 )
+from bgc.runtime.running.parameter_grid import Axis, Listed, points, read_axis
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.quantity import read_quantity
-from bgc.runtime.running.sweep import Axis, Listed, points, read_axis
 from bgc.runtime.studies.chunks import Chunk, Waiting, locally
-from bgc.runtime.studies.store import Store
+from bgc.runtime.studies.study_store import Store
 
 Vary: TypeAlias = Mapping[str, str | Sequence[float | str] | Array] | Sequence[str]
 """Values by parameter: `{"m": "1..4 kg:4", "k": [1, 2, "5 N/m"]}`, or `["m=1..4 kg:4"]`."""

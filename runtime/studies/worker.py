@@ -13,7 +13,7 @@ from pathlib import Path
 from threading import Lock
 
 from bgc.building.build import Unit, build_shared_object
-from bgc.building.built import Built, Places, RunFacts
+from bgc.building.build_result import Built, Places, RunFacts
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.studies import cluster_unusable
@@ -23,8 +23,8 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import bgc_version
-from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.lane_interface import LaneLibrary
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.many import Plan
 from bgc.runtime.studies.chunks import Chunk, run_chunk
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bgc.runtime.fmi.binaries import read_platforms
 from bgc.runtime.fmi.export import fmu_files
-from bgc.runtime.fmi.model import prepare_model
+from bgc.runtime.fmi.fmu_model import prepare_model
 from bgc.runtime.targets.target import Order, Product
 
 

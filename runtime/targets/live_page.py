@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bgc.runtime.targets.target import Order, Product
-from bgc.runtime.web.export import live_page
+from bgc.runtime.web.page_export import live_page
 
 
 def make(order: Order, _: str) -> Product:

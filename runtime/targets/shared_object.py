@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.runtime.running.compiling import load_or_compile
+from bgc.runtime.running.model_loading import load_or_compile
 from bgc.runtime.targets.target import Order, Product
 
 

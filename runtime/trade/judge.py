@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from bgc.language.columns import name_in_si, vector_of
+from bgc.language.column_names import name_in_si, vector_of
 from bgc.runtime.measuring.errors import Quantity, combined, worst_error
 from bgc.runtime.measuring.judging import AT_THE_REFERENCE
 from bgc.runtime.running.quantity import spelled_time

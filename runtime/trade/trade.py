@@ -11,15 +11,15 @@ from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import bad_option, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.doors import door, with_doors
+from bgc.diagnostics.public import public_class, public_function
 from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_method
 from bgc.language.solver import Solver
 from bgc.options import Options
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.measuring.judging import duration_of
 from bgc.runtime.results.html import figure_html, table_html
-from bgc.runtime.running.compiling import load_model
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.rows import row_times
@@ -32,13 +32,13 @@ from bgc.runtime.trade.configurations import (
     step_ladder,
 )
 from bgc.runtime.trade.judge import Target, judge
+from bgc.runtime.trade.measured_variants import ACTIVITY, audited, chosen_variants, measure_variants
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
-from bgc.runtime.trade.reference import Reference
-from bgc.runtime.trade.result import TradeResult
-from bgc.runtime.trade.session import FOR_REPETITIONS, FOR_VARIANTS, Session
-from bgc.runtime.trade.store import machine_description, open_store
-from bgc.runtime.trade.tables import records, write_csv
-from bgc.runtime.trade.variants import ACTIVITY, audited, chosen_variants, measure_variants
+from bgc.runtime.trade.reference_solution import Reference
+from bgc.runtime.trade.trade_result import TradeResult
+from bgc.runtime.trade.trade_session import FOR_REPETITIONS, FOR_VARIANTS, Session
+from bgc.runtime.trade.trade_store import machine_description, open_store
+from bgc.runtime.trade.trade_tables import records, write_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +48,7 @@ REPEATS = 3
 _TYPICAL_RTOL = 1e-6
 
 
-@with_doors
+@public_class
 class Trade(TradeResult):
     """A trade study of a scene, to be printed, drawn and written.
 
@@ -73,14 +73,14 @@ class Trade(TradeResult):
     def to_html(self, path: str | Path) -> None:
         """Write one self-contained page: plot, table, reference and machine."""
         # Loads matplotlib, which most trades do without.
-        from bgc.runtime.trade.page import write_page
+        from bgc.runtime.trade.trade_page import write_page
 
         write_page(self, path)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw error against time, with the Pareto front; written where a path is given."""
         # Loads matplotlib, which most trades do without.
-        from bgc.runtime.trade.plot import plot_trade
+        from bgc.runtime.trade.work_precision import plot_trade
 
         return plot_trade(self, path)
 
@@ -91,7 +91,7 @@ def _cell(value: object) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-@door
+@public_function
 def trade(
     model: str | Path | LoadedModel,
     scene: str | None = None,

@@ -95,10 +95,10 @@ def _answer(request: Request) -> Answer:
     # Each request needs one of them, and the compiler takes long to load.
     try:
         if request.kind == "graph":
-            from bgc.runtime.view.graph import graph_of_scene
+            from bgc.runtime.view.graph_page import graph_of_scene
 
             return Answer(graph_of_scene(request.path, request.options))
-        from bgc.runtime.running.compiling import load_or_compile
+        from bgc.runtime.running.model_loading import load_or_compile
 
         return Answer(load_or_compile(request.path, request.options))
     except BgError as problem:

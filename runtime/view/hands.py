@@ -12,7 +12,7 @@ from bgc.diagnostics.catalogue.view import device_not_steered
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
-from bgc.runtime.running.devices import (
+from bgc.runtime.running.device_drivers import (
     NO_CHOICES,
     Choices,
     DeviceChoice,
@@ -20,7 +20,7 @@ from bgc.runtime.running.devices import (
     find_drivers,
 )
 from bgc.runtime.running.failures import quotable
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.poses import FED, pose_words
 from bgc.runtime.running.structures import Status
 

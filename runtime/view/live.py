@@ -13,11 +13,11 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.changes import change_parameters
-from bgc.runtime.running.devices import NO_CHOICES, Choices
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.parameter_changes import change_parameters
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.ports import require_ports
+from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.structures import Status
 from bgc.runtime.view.hands import Hands
 

@@ -8,12 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from bgc.building.built import Built
+from bgc.building.build_result import Built
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.structures import Status
-from bgc.runtime.view.description import Description
+from bgc.runtime.view.scene_description import Description
 
 METERED: Final = "meter of bond"
 """Prefix of the columns with efforts and flows; names in a scene contain no blanks."""

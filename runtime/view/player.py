@@ -17,10 +17,10 @@ from bgc.diagnostics.render import excerpt
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import text
 from bgc.runtime.view.aside import Answer
-from bgc.runtime.view.exchange import Exchange, Prepared, carried
 from bgc.runtime.view.history import Rows, as_rows
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.meter import Meter
+from bgc.runtime.view.part_exchange import Exchange, Prepared, carried
 
 FRAME: Final = 1 / 60  # s of the clock between two frames
 SPEEDS: Final = (1e-6, 100.0)  # simulated seconds for each second of the clock

@@ -16,11 +16,11 @@ from bgc.diagnostics.catalogue.files import file_missing, unreadable
 from bgc.diagnostics.catalogue.view import not_a_result
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene import Plot
+from bgc.runtime.results.recorded_shapes import read_shapes
 from bgc.runtime.results.result import Result
-from bgc.runtime.results.shapes import read_shapes
-from bgc.runtime.view.description import Description, describe_result, meshes_of
 from bgc.runtime.view.history import Rows, as_rows
-from bgc.values.shown import Shown
+from bgc.runtime.view.scene_description import Description, describe_result, meshes_of
+from bgc.values.shown_units import Shown
 
 RESULTS = (".npz", ".csv")
 

@@ -15,7 +15,6 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from bgc.diagnostics.catalogue.view import cannot_listen
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.view.description import Description
 from bgc.runtime.view.history import TIMES, History, Rows
 from bgc.runtime.view.page import bundle, page
 from bgc.runtime.view.protocol import (
@@ -28,6 +27,7 @@ from bgc.runtime.view.protocol import (
     pack_rows,
     read_command,
 )
+from bgc.runtime.view.scene_description import Description
 
 HOST: Final = "127.0.0.1"
 _BEHIND: Final = 65536  # bytes waiting for a client, above which it misses rows

@@ -7,20 +7,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from bgc.building.backends import BACKENDS
-from bgc.building.built import Places
+from bgc.building.build_result import Places
 from bgc.diagnostics.catalogue.arguments import device_not_opened
 from bgc.diagnostics.catalogue.live_pages import solver_not_in_page
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.running.binding import text
-from bgc.runtime.running.devices import Choices, DeviceChoice
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.device_drivers import Choices, DeviceChoice
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.poses import FED
 from bgc.runtime.running.run import option_values, with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
-from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.page import data_url
 from bgc.runtime.view.player import usual_speed
+from bgc.runtime.view.scene_description import describe_model, meshes_of
 from bgc.runtime.web.faults import fault_messages
 from bgc.runtime.web.module import DRIVERS, packed
 

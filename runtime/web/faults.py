@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
-from bgc.building.built import Places
+from bgc.building.build_result import Places
 from bgc.diagnostics.catalogue.arguments import device_not_opened, parameter_out_of_range
 from bgc.diagnostics.catalogue.view import parameter_not_applied
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import explain, origins_of
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.structures import Status
 
 Message = dict[str, str]

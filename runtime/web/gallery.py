@@ -19,8 +19,8 @@ from bgc.resolution.resolve import load
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.view.page import bundle
-from bgc.runtime.web.export import live_page
 from bgc.runtime.web.module import require_zig
+from bgc.runtime.web.page_export import live_page
 
 INDEX: Final = "index.html"
 

@@ -19,7 +19,7 @@ from table import Row
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.lanes import LaneLibrary
+from bgc.runtime.running.lane_interface import LaneLibrary
 from bgc.runtime.running.structures import OptionsStruct, Status
 
 _NAMES = ("f", "J with df/dt", "factor", "solve")

@@ -211,7 +211,7 @@ def exported(
     from bgc.options import Options
     from bgc.runtime.fmi.binaries import read_platforms
     from bgc.runtime.fmi.export import fmu_files
-    from bgc.runtime.fmi.model import prepare_model
+    from bgc.runtime.fmi.fmu_model import prepare_model
     from bgc.runtime.results.files import write_files
 
     model = prepare_model(path, Options(scene), version)
@@ -230,7 +230,7 @@ def unit_of(fmu: Path, table: Any, folder: Path, run: Run) -> Unit:
     """Unpack an FMU, which gets the inputs of a run."""
     import fmpy
 
-    from bgc.runtime.fmi.variables import arrays_of
+    from bgc.runtime.fmi.fmu_variables import arrays_of
 
     unpacked = fmpy.extract(str(fmu), unzipdir=str(folder))
     description = fmpy.read_model_description(unpacked)

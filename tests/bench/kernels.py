@@ -140,11 +140,11 @@ def _run_from(made: Instance, settled: Array | None, method: str, rtol: float) -
 _COLD = """
 import os, sys
 from pathlib import Path
-from bgc.building.built import run_facts
+from bgc.building.build_result import run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.options import Options
 
 def spent():

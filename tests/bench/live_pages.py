@@ -23,10 +23,10 @@ from playwright.sync_api import Browser, sync_playwright
 
 from bgc.options import Options
 from bgc.resolution.library import library_folder
-from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of, times_of
-from bgc.runtime.web.export import live_page
+from bgc.runtime.web.page_export import live_page
 
 SCENES = ("two_beam_crane", "knuckle_boom_hydraulic", "knuckle_boom_at_sea", "offshore_lift")
 FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")

@@ -19,8 +19,8 @@ import numpy as np
 
 import bgc
 import bgc.library
-from bgc.runtime.realtime.binding import POLICIES
-from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.servo_binding import POLICIES
 
 _SCENES = Path(bgc.library.__path__[0]) / "scenes"
 _HAND = _SCENES.parent / "traces/up_down_up.csv"

@@ -14,7 +14,7 @@ from bgc.building.build import runtime_directory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
-from bgc.elaboration.scenes.scene import models_alone, stands_alone
+from bgc.elaboration.scenes.scene_choice import models_alone, stands_alone
 from bgc.emission.emit import amalgamate
 from bgc.grammar.format import format_source
 from bgc.options import Options

@@ -5,7 +5,7 @@ The words and one example of each come from the tables of the language.
 
 from __future__ import annotations
 
-from bgc.grammar.words import TABLE
+from bgc.grammar.language_words import TABLE
 from bgc.language.elements import ELEMENTS as ELEMENT_KINDS
 from bgc.values.functions import BUILTINS
 

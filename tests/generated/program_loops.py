@@ -10,9 +10,9 @@ from program_text import write
 from program_tree import Program
 
 import bgc
-from bgc.runtime.realtime.binding import ClockStruct, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
-from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.servo_binding import ClockStruct, NowFunction, SleepFunction
 from bgc.runtime.running.simulate import method_of
 
 PERIOD, SAMPLES = 0.002, 200  # s, and periods of a run

@@ -1,6 +1,6 @@
 """Programs of the language as trees: models with their statements, expressions, scenes.
 
-The tree is what the generator draws. `writing.py` writes it as text, `flattening.py` makes raw
+The tree is what the generator draws. `program_text.py` writes it as text, `flattening.py` makes raw
 equations of it. Neither uses anything of the compiler.
 """
 

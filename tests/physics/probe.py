@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative
-from bgc.building.built import run_facts
+from bgc.building.build_result import run_facts
 from bgc.building.cache import open_cache
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.ir.program import Program
 from bgc.options import Options
 from bgc.runtime.model import Model

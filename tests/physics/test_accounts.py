@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bgc.language.solver import Solver
-from bgc.runtime.measuring.timed import timed_run
+from bgc.runtime.measuring.timed_run import timed_run
 
 SOLVERS = ("rodas5p", "rodas4p2", "radau5", "dopri5")
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import bgc
 from bgc.options import Options
-from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.running.failures import SimulationError
 
 TESTS = Path(__file__).parents[1]

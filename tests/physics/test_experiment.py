@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import bgc
-from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.loop_options import RealtimeOptions
 
 SCENES = Path(str(resources.files("bgc.library"))) / "scenes" / "two_beam_crane.bg"
 LOAD_IN_HAND = 2000 * 9.81 / 1800

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from bgc.runtime.stress.judge import Verdict
 from bgc.runtime.stress.stress import stress
+from bgc.runtime.stress.stress_judge import Verdict
 from bgc.runtime.trade.trade import trade
 
 SOLVERS = ["rodas5p", "rodas4p2", "radau5", "dopri5"]

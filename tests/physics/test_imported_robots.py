@@ -14,11 +14,11 @@ import pytest
 from robot_probe import RobotProbe
 
 import bgc
-from bgc.grammar.files import read_source
+from bgc.grammar.source_files import read_source
+from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.importing import Choices, import_text
 from bgc.runtime.importing.inertia import carried_by_joints
 from bgc.runtime.importing.mjcf import read_mjcf
-from bgc.runtime.importing.names import Names
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.plan import plan_of
 from bgc.runtime.importing.robot import Kind

@@ -248,7 +248,7 @@ def test_a_sample_of_the_port_alone_takes_half_a_microsecond_at_most():
     dag = program.dag
     reached = dag.reachable([held.update for held in program.held])
     used = [Op(dag.op[node]) for node in reached if dag.op[node] > Op.SYMBOL]
-    assert len(program.books) == 1 and used.count(Op.SQRT) >= 1
+    assert len(program.coupling_energies) == 1 and used.count(Op.SQRT) >= 1
     cycles = sum(20 if op in (Op.DIV, Op.SQRT) else 4 for op in used)
     plain = {"ADD", "SUB", "MUL", "DIV", "SQRT", "NEG", "MIN", "MAX", "LT", "LE", "AND", "SELECT"}
     assert {op.name for op in used} <= plain  # functions such as an exponential take longer

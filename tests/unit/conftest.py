@@ -231,7 +231,7 @@ def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[..., Instance]:
 def measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A cache of the test's own for what trades measure; compiled code is shared."""
     folder = tmp_path / "measured"
-    monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(folder))
+    monkeypatch.setattr("bgc.runtime.running.recommendation.FOLDER", str(folder))
     return folder
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
-from bgc.runtime.realtime.binding import CapabilitiesStruct
+from bgc.runtime.realtime.servo_binding import CapabilitiesStruct
 
 
 class Pose(ctypes.Structure):

@@ -17,7 +17,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse
-from bgc.values.data import Table
+from bgc.values.data_expressions import Table
 from bgc.values.data_files import read_data
 from bgc.values.expressions import (
     FunctionUse,

@@ -38,8 +38,8 @@ from bgc.ir.graph import (
     Transformer,
     Unknown,
 )
-from bgc.ir.scene import DeviceUse
-from bgc.language.columns import AccountColumn
+from bgc.ir.scene_nodes import DeviceUse
+from bgc.language.column_names import AccountColumn
 from bgc.language.scene import Scene
 
 SPAN = Span(Text("<test>", "test"), 0, 4)

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from bgc.building.build import runtime_directory
-from bgc.runtime.realtime.binding import ClockStruct, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
-from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.servo_binding import ClockStruct, NowFunction, SleepFunction
 from bgc.runtime.running.simulate import method_of
 
 STIFFNESS, DAMPING = 50.0, 3.0

@@ -10,7 +10,7 @@ import pytest
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.operating_point import OpenedModel
 
 MODELS = Path(__file__).parents[1] / "models"
 

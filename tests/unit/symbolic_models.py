@@ -7,7 +7,7 @@ from pathlib import Path
 import sympy
 
 from bgc.options import Options
-from bgc.symbolic.model import SymbolicModel
+from bgc.symbolic.symbolic_model import SymbolicModel
 
 RLC = """
 model RLC {

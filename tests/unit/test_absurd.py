@@ -5,8 +5,8 @@ import re
 import pytest
 
 from bgc.diagnostics.catalogue.files import file_missing
+from bgc.diagnostics.collection import MAX_ERRORS, Report
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.report import MAX_ERRORS, Report
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.instances import instantiate
 from bgc.resolution.resolve import load, load_text

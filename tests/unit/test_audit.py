@@ -13,7 +13,7 @@ from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.audit import assert_power_balance, power_defect
 from bgc.equations.derive import derive_equations
-from bgc.language.columns import AccountColumn
+from bgc.language.column_names import AccountColumn
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 

@@ -16,8 +16,8 @@ from bgc.building.toolchain import find_toolchain
 from bgc.driver import compile_scene
 from bgc.emission import print_lu
 from bgc.emission.blocks import plan_blocks
-from bgc.emission.cost import cost_of
 from bgc.emission.emit import emit_lowered
+from bgc.emission.operation_cost import cost_of
 from bgc.emission.sparse import entries_of_matrix
 from bgc.ir.lowered import BlockPlan, Lowered
 from bgc.options import Options

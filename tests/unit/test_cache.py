@@ -6,7 +6,7 @@ import pytest
 
 from bgc.building import recall
 from bgc.building.build import Unit, _shared_key, _unit_key
-from bgc.building.built import Built, RunFacts
+from bgc.building.build_result import Built, RunFacts
 from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
 from bgc.building.toolchain import Toolchain
 from bgc.building.user_folder import cache_directory

@@ -21,7 +21,7 @@ from bgc.diagnostics.catalogue.pages import pages, read_topic
 from bgc.diagnostics.diagnostic import Label
 from bgc.diagnostics.row import PLACE, Row, error, fill
 from bgc.diagnostics.source import Source, Span
-from bgc.grammar.words import WORDS
+from bgc.grammar.language_words import WORDS
 
 FOLDER = Path(catalogue.__file__).parent
 TOPICS = [found.name for found in pkgutil.iter_modules(catalogue.__path__) if found.name != "pages"]

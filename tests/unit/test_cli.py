@@ -12,16 +12,16 @@ from click.testing import CliRunner, Result
 from processes import started
 
 from bgc.building.build import Unit, build_shared_object
-from bgc.building.built import Built, RunFacts
+from bgc.building.build_result import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.pages import pages
-from bgc.language.columns import AccountColumn
+from bgc.language.column_names import AccountColumn
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
 from bgc.runtime.results.result import Result as Rows
 from bgc.runtime.results.summary import extremes
-from bgc.runtime.running import compiling
+from bgc.runtime.running import model_loading
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
@@ -38,7 +38,7 @@ def library(tmp_path_factory) -> Path:
 def oscillator(library, monkeypatch) -> Built:
     """Whatever file is named: a model written by hand, without the compiler."""
     built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0))
-    monkeypatch.setattr(compiling, "load_or_compile", lambda *_, **__: built)
+    monkeypatch.setattr(model_loading, "load_or_compile", lambda *_, **__: built)
     return built
 
 
@@ -115,7 +115,7 @@ def test_a_bug_is_status_70_and_shows_its_traceback_only_on_request(monkeypatch)
     def broken(*_: object, **__: object) -> None:
         raise AssertionError("nobody expects this")
 
-    monkeypatch.setattr(compiling, "load_or_compile", broken)
+    monkeypatch.setattr(model_loading, "load_or_compile", broken)
     monkeypatch.delenv("BGC_DEBUG", raising=False)
     result = bgc("run", "x.bg")
     assert result.exit_code == 70
@@ -253,7 +253,7 @@ def test_a_parameter_that_the_library_does_not_have_is_compiled_in(oscillator, m
         asked.append(options)
         return oscillator
 
-    monkeypatch.setattr(compiling, "load_or_compile", build)
+    monkeypatch.setattr(model_loading, "load_or_compile", build)
     assert bgc("run", "x.bg", "--set", "n=3", "--set", "mass=2").exit_code == 0
     assert [options.overrides for options in asked] == [(), (("n", "3"),)]
     assert bgc("run", "x.bg", "--preview", "--whole", "--use", "a=B").exit_code == 0
@@ -267,11 +267,11 @@ def script(built: Built, tmp_path: Path) -> list[str]:
     """A process whose every model is the oscillator, for an hour."""
     text = f"""
         from pathlib import Path
-        from bgc.building.built import Built, RunFacts
+        from bgc.building.build_result import Built, RunFacts
         from bgc.runtime import cli
         from bgc.runtime.running import compiling
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
-        compiling.load_or_compile = lambda *_, **__: Built(Path({str(built.library)!r}), facts)
+        model_loading.load_or_compile = lambda *_, **__: Built(Path({str(built.library)!r}), facts)
         print("ready", flush=True)
         cli.main()
     """

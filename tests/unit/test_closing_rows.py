@@ -13,7 +13,7 @@ from bgc.equations.closures.dense import (
     independent_rows,
     least_change,
 )
-from bgc.equations.inertias.audit import motion_without_inertia
+from bgc.equations.inertias.inertia_audit import motion_without_inertia
 from bgc.equations.inertias.rank import _flows_left
 
 

@@ -20,7 +20,7 @@ from bgc.runtime.running import batches
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.many import plan_many
 from bgc.runtime.running.simulate import method_of, times_of
-from bgc.runtime.studies import chunks, cluster, store, worker
+from bgc.runtime.studies import chunks, cluster, study_store, worker
 from bgc.runtime.studies.chunks import Waiting
 from bgc.runtime.studies.sweep import observables_of
 
@@ -75,7 +75,7 @@ def test_a_killed_worker_loses_nothing_and_the_bits_are_those_of_threads(
     model, whole, scheduler, monkeypatch, tmp_path
 ):
     monkeypatch.setattr(chunks, "SECONDS", 0.0)  # a batch in each chunk
-    original, written = store.Store.write, []
+    original, written = study_store.Store.write, []
 
     def write(self, chunk):
         original(self, chunk)
@@ -85,7 +85,7 @@ def test_a_killed_worker_loses_nothing_and_the_bits_are_those_of_threads(
                 victim = next(iter(client.run(os.getpid).values()))
             os.kill(victim, signal.SIGKILL)
 
-    monkeypatch.setattr(store.Store, "write", write)
+    monkeypatch.setattr(study_store.Store, "write", write)
     out = tmp_path / "study.zarr"
     address = scheduler.scheduler_address
     found = model.sweep(VARY, OBSERVE, scheduler=address, store=out)

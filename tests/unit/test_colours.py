@@ -11,9 +11,9 @@ from pygments.lexers import get_lexer_by_name
 from pygments.token import Comment, Generic, Keyword, Name, Number, Operator, String
 
 from bgc.diagnostics.source import Source
+from bgc.grammar.language_words import TABLE
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.tokens import start_of
-from bgc.grammar.words import TABLE
 from bgc.resolution.library import library_folder
 from bgc.runtime.editor import colours
 from bgc.runtime.editor.pygments_lexer import BgLexer

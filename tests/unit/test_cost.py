@@ -16,13 +16,13 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.variants import Change, variants_of
-from bgc.emission.cost import cost_of
+from bgc.emission.operation_cost import cost_of
 from bgc.ir.program import Dropped, Reason
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 from bgc.runtime.cli.app import application
-from bgc.runtime.measuring.cost import cost_report, spectral_radius
-from bgc.slicing.report import dropped_lines, folded_lines
+from bgc.runtime.measuring.scene_cost import cost_report, spectral_radius
+from bgc.slicing.slicing_report import dropped_lines, folded_lines
 
 MOUNTS = """
 interface Mount[n] { port p[n] in; }

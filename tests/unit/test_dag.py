@@ -12,7 +12,7 @@ from programs import at, make_program, random_program, states
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 
 
 @pytest.fixture

@@ -20,14 +20,14 @@ from scipy.interpolate import (
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.derivatives import gradient
+from bgc.algebra.discontinuities import jumps_in
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.jumps import jumps_in
 from bgc.algebra.table import Table
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
 from bgc.emission.lower import lower
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.values.arithmetic import Operand
 from bgc.values.interpolation import Known, interpolate, make_table
 from bgc.values.value import Value

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import bgc
 from bgc.algebra.dag import Dag, Kind
-from bgc.algebra.expanded import expanded_text
+from bgc.algebra.expansion import expanded_text
 
 PENDULUM = """model P {
   param l = 2 m; param g = 9.81 m/s^2;

@@ -17,8 +17,8 @@ import bgc
 from bgc.driver import check_source
 from bgc.language.scene_tables import DRIVER_OPTIONS
 from bgc.runtime.cli.app import application
-from bgc.runtime.realtime.found import HARDWARE, find_all, find_library
-from bgc.runtime.running.devices import read_choice
+from bgc.runtime.realtime.device_discovery import HARDWARE, find_all, find_library
+from bgc.runtime.running.device_drivers import read_choice
 
 SCENE = """model Held {{
   input x[3] : m;
@@ -167,7 +167,7 @@ def machine(root: Path, rule: bool, mode: int | None) -> None:
 def test_a_connected_device_and_why_it_cannot_be_opened(
     tmp_path: Path, rule: bool, node: bool, usable: bool, words: str, remedy: str
 ) -> None:
-    from bgc.runtime.realtime.found import _connected, _examine_port
+    from bgc.runtime.realtime.device_discovery import _connected, _examine_port
 
     machine(tmp_path, rule, 0o666 if node else None)
     (port,) = _connected(HARDWARE[0], tmp_path)

@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 import bgc.grammar
 from bgc.diagnostics.catalogue.pages import pages
 from bgc.diagnostics.source import Source
-from bgc.grammar import words
+from bgc.grammar import language_words
 from bgc.grammar.parse import parse
 from bgc.language.elements import ELEMENTS, Role
 from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS
@@ -19,12 +19,12 @@ from bgc.language.solver import SOLVER_OPTIONS
 from bgc.reference import chapters
 from bgc.reference.entry import Code, Entry, Text, first_sentence
 from bgc.reference.index import find, names
-from bgc.reference.library import declarations, fitting
+from bgc.reference.library_entries import declarations, fitting
 from bgc.reference.topics import topics
 from bgc.resolution.library import library_modules
 from bgc.runtime.cli.app import application
 from bgc.runtime.cli.doc import all_groups
-from bgc.runtime.documents.methods import METHODS
+from bgc.runtime.documents.method_entries import METHODS
 from bgc.values.functions import BUILTINS
 from bgc.values.units import unit_table
 
@@ -81,7 +81,7 @@ def test_every_element_has_its_law_causality_and_arguments(name):
         assert re.search(rf"^  {argument.name} ", output, re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", words.TABLE)
+@pytest.mark.parametrize("name", language_words.TABLE)
 def test_every_word_says_what_it_is_for(name):
     entry = next(entry for entry in described(name) if entry.kind == "word")
     assert entry.summary and text_of(entry)
@@ -156,9 +156,9 @@ def test_every_see_also_leads_somewhere():
 def test_the_words_are_those_of_the_grammar():
     grammar = (Path(bgc.grammar.__file__).parent / "bgc.lark").read_text()
     terminals = re.findall(r"^([A-Z]+)(?:\.\d+)?: /(\w+)\(\?[!=]", grammar, re.MULTILINE)
-    assert {word for _, word in terminals} == set(words.TABLE)
+    assert {word for _, word in terminals} == set(language_words.TABLE)
     (reserved,) = re.findall(r"^NAME: /\(\?!\(\?:([\w|]+)\)", grammar, re.MULTILINE)
-    assert set(reserved.split("|")) == words.RESERVED
+    assert set(reserved.split("|")) == language_words.RESERVED
 
 
 def test_every_form_and_example_of_a_word_is_of_the_language():
@@ -169,7 +169,7 @@ def test_every_form_and_example_of_a_word_is_of_the_language():
         "scene": "scene s of M {{ {} }}",
         "domain": "domain D {{ {} }}",
     }
-    for word in words.TABLE.values():
+    for word in language_words.TABLE.values():
         if not word.example or ".. }" in word.example:
             continue
         wrong = []

@@ -7,10 +7,10 @@ import pytest
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.editing.analysis import analyse
 from bgc.editing.completion import complete
 from bgc.editing.documents import Documents
 from bgc.editing.facts import facts_of
+from bgc.editing.file_analysis import analyse
 from bgc.editing.hints import hints
 from bgc.editing.hover import hover
 from bgc.editing.lines import Lines

@@ -15,10 +15,10 @@ from programs import RUNTIME, STRICT, CompiledModel, at, make_program, random_pr
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.c_tables import quoted
 from bgc.emission.emit import amalgamate, emit_model
-from bgc.emission.optimise import optimise
 from bgc.emission.print_c import literal
-from bgc.emission.tables import quoted
+from bgc.emission.simplification import optimise
 
 P = np.array([1.2, 0.7, 2.5])
 

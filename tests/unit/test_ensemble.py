@@ -24,7 +24,7 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.interrupted import Interrupted
-from bgc.runtime.running import batches, many, unfinished
+from bgc.runtime.running import batches, many, partial_ensemble
 
 pytestmark = pytest.mark.slow
 
@@ -513,7 +513,7 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
 def test_an_interrupted_ensemble_is_resumed_with_the_same_numbers(
     oscillator, monkeypatch, tmp_path, vectorised
 ):
-    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    monkeypatch.setattr(partial_ensemble, "FOLDER", str(tmp_path / "sweeps"))
     sets = {"k": np.linspace(5, 6, 40)}
     options = {**FIXED, "vectorised": vectorised, "resume": True}
     whole = oscillator.simulate_many(sets, **options)
@@ -544,7 +544,7 @@ def test_an_interrupted_ensemble_is_resumed_with_the_same_numbers(
 
 
 def test_another_ensemble_or_a_damaged_file_is_not_resumed(oscillator, monkeypatch, tmp_path):
-    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    monkeypatch.setattr(partial_ensemble, "FOLDER", str(tmp_path / "sweeps"))
     sets = {"k": np.linspace(5, 6, 40)}
     with monkeypatch.context() as patch:
         interrupt_after(patch, 2)

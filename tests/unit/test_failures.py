@@ -6,7 +6,7 @@ import pytest
 from refusals import refusal
 
 import bgc
-from bgc.building.built import Place, Places
+from bgc.building.build_result import Place, Places
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import check_source
 from bgc.runtime.running.failures import explain

@@ -10,7 +10,7 @@ from refusals import refusal
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
-from bgc.grammar import files
+from bgc.grammar import source_files
 from bgc.grammar.parse import parse, parse_setting, read_source
 
 # --- the command line -------------------------------------------------------------------
@@ -94,7 +94,7 @@ def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     archive = tmp_path / "m.fmu"
     archive.write_bytes(b"PK\x03\x04\xff")
     assert code_of(archive) == f"BG004: `{archive}` is an archive, not a text"
-    monkeypatch.setattr(files, "MAX_BYTES", 7)
+    monkeypatch.setattr(source_files, "MAX_BYTES", 7)
     assert code_of(latin).startswith("BG005")
     assert code_of(latin / "below.bg").startswith("BG003")
 

@@ -30,9 +30,9 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.fmi import binaries
 from bgc.runtime.fmi.binaries import PLATFORMS, host_platform, read_platforms
 from bgc.runtime.fmi.export import fmu_files
-from bgc.runtime.fmi.inputs import ChosenInputs
-from bgc.runtime.fmi.model import prepare_model
-from bgc.runtime.fmi.units import unit_definitions
+from bgc.runtime.fmi.fmu_inputs import ChosenInputs
+from bgc.runtime.fmi.fmu_model import prepare_model
+from bgc.runtime.fmi.fmu_units import unit_definitions
 from bgc.runtime.results.files import write_files
 
 MODELS = Path(__file__).parents[1] / "models"

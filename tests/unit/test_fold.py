@@ -14,7 +14,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import check_source, compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.emission.lower import lower
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.equations.derive import derive_equations
 from bgc.ir.lowered import Lowered
 from bgc.options import Options

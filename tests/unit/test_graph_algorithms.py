@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from bgc.algebra.components import strong_components
 from bgc.algebra.disjoint_sets import DisjointSets, Joined
 from bgc.algebra.matching import Matching, match
+from bgc.algebra.strong_components import strong_components
 
 SIZE = 9
 vertices = st.integers(0, SIZE - 1)

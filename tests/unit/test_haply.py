@@ -14,7 +14,7 @@ from device_interface import Device
 from inverse_service import InverseService
 
 from bgc.building.build import runtime_directory
-from bgc.runtime.realtime.found import find_all
+from bgc.runtime.realtime.device_discovery import find_all
 
 FINE, NO_NEWS, LOST = 0, 2, -1
 

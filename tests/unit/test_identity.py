@@ -8,7 +8,7 @@ import pytest
 
 import bgc
 from bgc.elaboration.scenes.variants import Change
-from bgc.runtime.activity.changes import keep_variants, stored_variants
+from bgc.runtime.activity.simplifications import keep_variants, stored_variants
 from bgc.runtime.running.identity import scene_identity
 
 FOLLOWER = """

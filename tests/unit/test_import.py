@@ -10,8 +10,8 @@ from click.testing import CliRunner, Result
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.grammar.files import read_source
 from bgc.grammar.format import format_source
+from bgc.grammar.source_files import read_source
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.importing.importing import Choices, import_text

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.discontinuities import jumps_in
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.jumps import jumps_in
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.resolution.resolve import load_text

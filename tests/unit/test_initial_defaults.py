@@ -12,7 +12,7 @@ from bgc.elaboration.elaborate import elaborate
 from bgc.equations.derive import derive_equations
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
-from bgc.printing.causality import storage_table
+from bgc.printing.causality_table import storage_table
 from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import fold_parameters
 

@@ -17,8 +17,8 @@ from bgc.ir.program import Program, Reason
 from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import fold_parameters
 from bgc.slicing.invariants import _Search, invariant_states
-from bgc.slicing.report import dropped_lines
 from bgc.slicing.slice import slice_program
+from bgc.slicing.slicing_report import dropped_lines
 
 
 def program_of(text: str) -> Program:

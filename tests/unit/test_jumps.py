@@ -11,7 +11,7 @@ from parsed import items
 import bgc
 from bgc.driver import compile_scene
 from bgc.grammar import syntax
-from bgc.linearising.opening import open_scene
+from bgc.linearising.analysis_scene import open_scene
 from bgc.options import Options
 from bgc.printing.stages import show_equations
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from bgc.grammar.latin import latin
-from bgc.runtime.fmi.model import identifier_of
-from bgc.runtime.importing.names import Names
+from bgc.runtime.fmi.fmu_model import identifier_of
+from bgc.runtime.importing.identifiers import Names
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from bgc.grammar import syntax
 from bgc.reference import parts
-from bgc.reference.library import declarations
+from bgc.reference.library_entries import declarations
 from bgc.resolution.library import library_folder, library_modules, module_path
 from bgc.resolution.resolve import load
 

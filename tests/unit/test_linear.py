@@ -24,8 +24,8 @@ from scipy import signal
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.linear_tables import linear_tables, write_csv, write_npz
 from bgc.runtime.linear.state_space import pencil_eigenvalues, without_algebraic
-from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
 
 # --- state space ------------------------------------------------------------------------------
 

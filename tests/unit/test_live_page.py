@@ -22,11 +22,11 @@ from bgc.runtime.running.failures import explain
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.running.structures import Status
-from bgc.runtime.web import export, gallery
+from bgc.runtime.web import gallery, page_export
 from bgc.runtime.web import module as modules
 from bgc.runtime.web.content import run_settings
-from bgc.runtime.web.export import LivePage, live_page
 from bgc.runtime.web.faults import fault_messages
+from bgc.runtime.web.page_export import LivePage, live_page
 
 MODEL = """
 model Lift {
@@ -306,8 +306,8 @@ def code_of(work):
 
 def test_a_page_of_a_large_graph_has_none_and_says_so(model, monkeypatch):
     """With 3,000 masses the layout of 18,000 bonds had taken more than eight minutes."""
-    monkeypatch.setattr(export, "MOST_BONDS", 2)
-    monkeypatch.setattr(export, "graph_content", None)  # is not called
+    monkeypatch.setattr(page_export, "MOST_BONDS", 2)
+    monkeypatch.setattr(page_export, "graph_content", None)  # is not called
     (told,) = model.live().notices
     assert told.code == "BG544" and "has 3 bonds" in told.message
 

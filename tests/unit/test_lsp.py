@@ -13,7 +13,7 @@ from lsprotocol import types
 from bgc.diagnostics.diagnostic import BgError
 from bgc.editing.completion import complete
 from bgc.editing.hover import hover
-from bgc.runtime.editor.preview import Asked, preview
+from bgc.runtime.editor.graph_preview import Asked, preview
 from bgc.runtime.editor.session import Cancelled, Session
 
 README = Path(__file__).parents[2] / "README.md"

@@ -33,8 +33,8 @@ import bgc
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.pages import pages
 from bgc.diagnostics.diagnostic import BgError, Severity
+from bgc.grammar.language_words import RESERVED, SCENE_WORDS, WORDS
 from bgc.grammar.syntax import Part, Port, Value
-from bgc.grammar.words import RESERVED, SCENE_WORDS, WORDS
 from bgc.language.elements import ELEMENTS
 from bgc.language.methods import METHODS
 from bgc.resolution.modules import ancestors

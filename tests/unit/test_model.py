@@ -13,11 +13,11 @@ from refusals import refusal
 
 import bgc
 from bgc.building.build import Unit, build_shared_object
-from bgc.building.built import Built, RunFacts
+from bgc.building.build_result import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
-from bgc.language.columns import AccountColumn
+from bgc.language.column_names import AccountColumn
 from bgc.language.solver import Solver
 from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.model import Model

@@ -9,7 +9,7 @@ from refusals import codes_of
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.observables import read_criterion, read_observables
 from bgc.runtime.running.quantity import read_quantity
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 
 COLUMNS = {
     "x": ("N", Shown("kN", 1e3)),

@@ -24,7 +24,7 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.infix import infix_lines
 from bgc.algebra.operation import Conic, Lanes, Parity
 from bgc.emission.emit import emit_model
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.values.functions import BUILTINS
 
 OPERATIONS = [op for op in Op if op.row.arity and op.row.smooth]

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from parsed import EVERYTHING, read, wrong
 
+from bgc.diagnostics.collection import MAX_ERRORS
 from bgc.diagnostics.render import render
-from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.grammar.language_words import BLOCK_OF, FORMS_IN, RESERVED, WORDS
 from bgc.grammar.parse import parse, parse_with_tokens
-from bgc.grammar.words import BLOCK_OF, FORMS_IN, RESERVED, WORDS
 
 ROOT = Path(__file__).parents[2]
 

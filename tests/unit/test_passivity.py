@@ -12,7 +12,6 @@ import pytest
 
 from bgc import compile
 from bgc.runtime.model import Model
-from bgc.runtime.realtime.binding import CapabilitiesStruct
 from bgc.runtime.realtime.passivity import (
     Coupling,
     Sampled,
@@ -21,6 +20,7 @@ from bgc.runtime.realtime.passivity import (
     needed_damping,
     response,
 )
+from bgc.runtime.realtime.servo_binding import CapabilitiesStruct
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.structures import Status
 
@@ -53,7 +53,9 @@ def test_a_hand_buzzes_at_a_wall_unless_a_guard_acts(walls: Model) -> None:
     assert loud > 3000e-6
     assert late(above["paid.x"], 5000) < loud / 1000
     assert late(above["observed.x"], 5000) < loud / 20
-    assert np.abs(above["energy.residual"]).max() < 1e-6  # of the two without books: as sources
+    assert (
+        np.abs(above["energy.residual"]).max() < 1e-6
+    )  # of the two without coupling_energies: as sources
 
 
 # --- the bound -----------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 from bgc.diagnostics.diagnostic import Diagnostic, Severity
 from bgc.elaboration.elaborate import elaborate
 from bgc.ir.defaults import default_values
-from bgc.passivity.checks import check_physics
+from bgc.passivity.passive_laws import check_physics
 from bgc.resolution.resolve import load, load_text
 
 ROOT = Path(__file__).parents[2]

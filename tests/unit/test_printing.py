@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from bgc.printing.tables import Table
+from bgc.printing.text_tables import Table
 from bgc.runtime.cli import printing
 
 METHODS = Table(

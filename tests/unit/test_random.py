@@ -13,7 +13,7 @@ import bgc
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.random import _mixed, random
 from bgc.emission.emit import emit_model
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 
 COUNT = 100_000
 SPLITMIX_OF_ZERO = (0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4, 0x06C45D188009454F)

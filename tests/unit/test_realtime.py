@@ -30,9 +30,9 @@ from bgc.grammar.format import format_source
 from bgc.options import Options
 from bgc.runtime.cli.realtime import shown as view_of
 from bgc.runtime.realtime import loop as loop_module
-from bgc.runtime.realtime.binding import POLICIES, End
-from bgc.runtime.realtime.options import RealtimeOptions
-from bgc.runtime.realtime.records import forces_of
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.loop_records import forces_of
+from bgc.runtime.realtime.servo_binding import POLICIES, End
 
 
 @pytest.fixture(scope="module")

@@ -27,10 +27,10 @@ import bgc
 from bgc.runtime.cli import haptic as haptic_module
 from bgc.runtime.cli.app import application
 from bgc.runtime.cli.keys import Menu
-from bgc.runtime.realtime.binding import End
-from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.realtime.loop_records import held_of
 from bgc.runtime.realtime.python_device import PythonThread
-from bgc.runtime.realtime.records import held_of
+from bgc.runtime.realtime.servo_binding import End
 
 BGC = (sys.executable, "-c", "from bgc.runtime.cli import main; main()")
 

@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 import bgc
-from bgc.building.built import Built, Place, Places, RunFacts, ShownNames, run_facts
-from bgc.building.notes import from_json, to_json
+from bgc.building.build_result import Built, Place, Places, RunFacts, ShownNames, run_facts
+from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
 from bgc.ir.port_facts import ForceFacts, PortFacts
-from bgc.language.columns import AccountColumn
+from bgc.language.column_names import AccountColumn
 from bgc.language.records import Where, options_of
 from bgc.language.scene import Plot, Rest, Sampled, Scene
 from bgc.language.solver import SOLVER_OPTIONS, Solver, SolverKeywords
-from bgc.reference.words import solver_options
+from bgc.reference.word_entries import solver_options
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.running.arguments import read_solver

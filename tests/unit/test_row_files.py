@@ -22,9 +22,9 @@ from bgc.runtime.model import Model
 from bgc.runtime.results import kept_rows, npz_rows, row_files
 from bgc.runtime.results.kept_rows import KeptRows
 from bgc.runtime.results.npz_rows import NpzRows
+from bgc.runtime.results.recorded_shapes import read_shapes
 from bgc.runtime.results.row_files import RowArray
-from bgc.runtime.results.shapes import read_shapes
-from bgc.runtime.running import streamed
+from bgc.runtime.running import row_stream
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
 from bgc.runtime.running.progress import ProgressBar
 
@@ -47,9 +47,9 @@ def model(tmp_path_factory) -> Model:
 @pytest.fixture
 def growing(monkeypatch) -> None:
     """Files that grow while the run goes on, from the first thousand numbers."""
-    monkeypatch.setattr(streamed, "MOST_VALUES", 1000)
-    monkeypatch.setattr(streamed, "_FIRST", 700)
-    monkeypatch.setattr(streamed, "MOST_ROWS", 1000)
+    monkeypatch.setattr(row_stream, "MOST_VALUES", 1000)
+    monkeypatch.setattr(row_stream, "_FIRST", 700)
+    monkeypatch.setattr(row_stream, "MOST_ROWS", 1000)
 
 
 def read(path: Path) -> np.ndarray:
@@ -176,21 +176,21 @@ def test_a_failed_run_leaves_its_rows(model, growing, tmp_path, kind):
 
 @KINDS
 def test_ctrl_c_leaves_the_rows(model, growing, tmp_path, kind, monkeypatch):
-    taken, shown, take = threading.Event(), threading.Event(), streamed._Blocks._take
+    taken, shown, take = threading.Event(), threading.Event(), row_stream._Blocks._take
 
     def pressed(self: ProgressBar, reached: float) -> None:
         taken.wait(30)
         shown.set()
         raise KeyboardInterrupt
 
-    def slow(self: streamed._Blocks, times: np.ndarray, rows: np.ndarray) -> None:
+    def slow(self: row_stream._Blocks, times: np.ndarray, rows: np.ndarray) -> None:
         take(self, times, rows)
         taken.set()
         shown.wait(30)
         threading.Event().wait(0.01)
 
     monkeypatch.setattr(ProgressBar, "show", pressed)
-    monkeypatch.setattr(streamed._Blocks, "_take", slow)
+    monkeypatch.setattr(row_stream._Blocks, "_take", slow)
     path = tmp_path / f"rows.{kind}"
     with pytest.raises(RunInterrupted) as error:
         model.simulate(out=path)

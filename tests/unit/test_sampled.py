@@ -17,7 +17,7 @@ from bgc.grammar import syntax
 from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.printing.stages import show_equations
-from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.linearising.symbolic import transfer_at
 from bgc.runtime.running.run import set_method
 

@@ -17,7 +17,7 @@ from bgc.driver import Stages, compile_scene
 from bgc.emission import sparse
 from bgc.emission.lower import lower
 from bgc.equations.inertias import flows as merged_flows
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 from bgc.options import Options

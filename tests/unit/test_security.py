@@ -32,7 +32,7 @@ from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.cli.app import application
-from bgc.runtime.running.devices import _located
+from bgc.runtime.running.device_drivers import _located
 from bgc.runtime.view.server import Server
 
 PROMISED: set[str] = set()
@@ -345,7 +345,7 @@ def test_what_is_beyond_a_limit_is_refused(tmp_path, text, code):
 _WAITS = """
 import ctypes, signal, sys, threading
 from bgc.runtime.cli.signals import catch_signals
-from bgc.runtime.running.devices import interruptible
+from bgc.runtime.running.device_drivers import interruptible
 catch_signals()
 threading.Timer(0.2, lambda: print("ready", flush=True)).start()
 interruptible(lambda: ctypes.CDLL(None).sleep(60))

@@ -23,7 +23,7 @@ from bgc.options import Options
 from bgc.resolution.modules import flatten
 from bgc.resolution.resolve import load, load_text
 from bgc.runtime.cli.app import application
-from bgc.runtime.results.shapes import read_shapes
+from bgc.runtime.results.recorded_shapes import read_shapes
 
 LIBRARY = Path(__file__).parents[2] / "library"
 

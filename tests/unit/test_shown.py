@@ -14,19 +14,19 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
 from bgc.grammar.parse import parse
-from bgc.linearising.opening import open_scene
+from bgc.linearising.analysis_scene import open_scene
 from bgc.options import Options
-from bgc.runtime.fmi.model import prepare_model
-from bgc.runtime.linear.tables import linear_tables
+from bgc.runtime.fmi.fmu_model import prepare_model
+from bgc.runtime.linear.linear_tables import linear_tables
 from bgc.runtime.measuring.errors import quantities_of
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.course import Course
 from bgc.runtime.results.summary import extremes
-from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.model_loading import load_as
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.stress.drives import read_drive
-from bgc.runtime.view.description import describe_model
-from bgc.values.shown import Shown
+from bgc.runtime.view.scene_description import describe_model
+from bgc.values.shown_units import Shown
 from bgc.values.units import Written, parse_unit, shown_of, si_symbol, times_seconds
 
 TEXT = """

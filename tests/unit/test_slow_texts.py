@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from bgc.diagnostics.collection import Report
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.report import Report
 from bgc.elaboration.instances.census import Census
 from bgc.resolution.resolve import load, load_text
 from bgc.values.units import parse_unit

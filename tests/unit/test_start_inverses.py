@@ -20,7 +20,7 @@ from bgc.algebra.linalg import SingularMatrixError, inverse, multiply, spelled_o
 from bgc.algebra.nodes import Matrix
 from bgc.algebra.rounding import RoundedEvaluator
 from bgc.emission.emit import emit_model
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 
 SIZE = 9
 Array = npt.NDArray[np.float64]

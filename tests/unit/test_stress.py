@@ -14,13 +14,13 @@ from bgc.language.solver import Solver
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.judging import Accuracy
-from bgc.runtime.measuring.timed import timed_run
+from bgc.runtime.measuring.timed_run import timed_run
 from bgc.runtime.stress.drives import all_drives, read_drive
-from bgc.runtime.stress.judge import Judge, References, Verdict
-from bgc.runtime.stress.plot import draw
-from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.stress.stress import stress
-from bgc.runtime.stress.tables import summary
+from bgc.runtime.stress.stress_judge import Judge, References, Verdict
+from bgc.runtime.stress.stress_plot import draw
+from bgc.runtime.stress.stress_tables import summary
+from bgc.runtime.stress.unresolved_modes import ringing_at_start
 
 pytestmark = pytest.mark.slow
 

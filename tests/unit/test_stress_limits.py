@@ -6,8 +6,8 @@ from pathlib import Path
 
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.model import Model
-from bgc.runtime.stress.judge import Verdict
 from bgc.runtime.stress.stress import stress
+from bgc.runtime.stress.stress_judge import Verdict
 
 MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
 

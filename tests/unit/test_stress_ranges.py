@@ -9,11 +9,11 @@ import pytest
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.measuring.judging import Accuracy
-from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.stress.drives import Drive, all_drives
-from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap, _in_order
-from bgc.runtime.stress.tables import summary
+from bgc.runtime.stress.stress_judge import Judgement, Verdict
+from bgc.runtime.stress.stress_tables import summary
 
 MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
 

@@ -12,14 +12,14 @@ from click.testing import CliRunner
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
-from bgc.printing.tables import table_text
+from bgc.printing.text_tables import table_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.study import Study
-from bgc.runtime.running import batches, unfinished
+from bgc.runtime.running import batches, partial_ensemble
 from bgc.runtime.running.csv_tables import read_cases
-from bgc.runtime.running.sweep import Listed, Range, points, read_axis
+from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis
 
 TEXT = """
 model M {
@@ -73,7 +73,7 @@ def test_a_part_without_a_row_is_refused(model, text):
 
 
 def test_an_interrupted_study_is_resumed(model, monkeypatch, tmp_path):
-    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    monkeypatch.setattr(partial_ensemble, "FOLDER", str(tmp_path / "sweeps"))
     vary, observe = {"mass": np.linspace(1, 2, 40)}, ["max(x)"]
     whole = model.sweep(vary, observe)
     original = batches.Work.run_batch

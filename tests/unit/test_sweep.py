@@ -12,8 +12,8 @@ from click.testing import CliRunner, Result
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
+from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis, read_range
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.sweep import Listed, Range, points, read_axis, read_range
 
 TEXT = """
 interface Mount { port p in; }

@@ -13,7 +13,7 @@ from ensembles import OSCILLATOR, interrupt_after
 
 import bgc
 from bgc.runtime.cli.app import application
-from bgc.runtime.running import many, unfinished
+from bgc.runtime.running import many, partial_ensemble
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +32,7 @@ def sweep(*arguments: str | Path):
 def test_an_interrupted_sweep_writes_what_is_done_and_goes_on(
     oscillator_file, monkeypatch, tmp_path
 ):
-    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    monkeypatch.setattr(partial_ensemble, "FOLDER", str(tmp_path / "sweeps"))
     out = tmp_path / "many.csv"
     command = (
         oscillator_file,

@@ -18,7 +18,7 @@ from bgc.algebra.operation import Jump
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
 from bgc.emission.lower import lower
-from bgc.emission.optimise import optimise
+from bgc.emission.simplification import optimise
 from bgc.emission.switches import hold_modes
 from bgc.ir.lowered import Switch
 

@@ -22,7 +22,7 @@ from bgc.algebra.inversion import solve_for
 from bgc.algebra.linalg import inverse
 from bgc.printing.latex import latex_equations
 from bgc.printing.stages import symbol_names
-from bgc.symbolic.expressions import expressions
+from bgc.symbolic.sympy_expressions import expressions
 
 LETTERS = {
     Kind.STATE: sympy.symbols("x:9", real=True),

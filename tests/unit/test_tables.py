@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.printing.tables import Table, fitted, table_text
+from bgc.printing.text_tables import Table, fitted, table_text
 
 TABLE = Table(
     "t", ("name", "steps", "time"), (("long one", "12,345", "1 ms"),), "a note", ("time",)

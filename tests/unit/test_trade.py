@@ -19,13 +19,13 @@ from trades import OSCILLATOR, codes, legend_of, quick, written
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.measuring.timed import paced_times, timed_run
-from bgc.runtime.trade import session as session_module
+from bgc.runtime.measuring.timed_run import paced_times, timed_run
+from bgc.runtime.trade import trade_session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement
-from bgc.runtime.trade.plot import _LINE_COLOURS, _MARKERS, plot_trade
-from bgc.runtime.trade.session import Session
-from bgc.runtime.trade.store import open_store
+from bgc.runtime.trade.trade_session import Session
+from bgc.runtime.trade.trade_store import open_store
+from bgc.runtime.trade.work_precision import _LINE_COLOURS, _MARKERS, plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
@@ -269,12 +269,12 @@ def test_an_interrupted_trade_goes_on_where_it_was(
     whole = counted_runs(monkeypatch)
     expected = quick(path, fresh=True)
     monkeypatch.undo()
-    monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(tmp_path / "other"))
+    monkeypatch.setattr("bgc.runtime.running.recommendation.FOLDER", str(tmp_path / "other"))
     before = counted_runs(monkeypatch, stop_at=len(whole) // 2)
     with pytest.raises(KeyboardInterrupt):
         quick(path)
     monkeypatch.undo()
-    monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(tmp_path / "other"))
+    monkeypatch.setattr("bgc.runtime.running.recommendation.FOLDER", str(tmp_path / "other"))
     after = counted_runs(monkeypatch)
     found = quick(path)
     assert len(before) == len(whole) // 2

@@ -8,7 +8,7 @@ import pytest
 from trades import codes, quick, written
 
 import bgc
-from bgc.runtime.trade.tables import unfinished
+from bgc.runtime.trade.trade_tables import unfinished
 
 pytestmark = pytest.mark.usefixtures("measured")
 

@@ -10,8 +10,8 @@ import pytest
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
-from bgc.runtime.measuring.timed import Run
-from bgc.runtime.running.loaded import Variable
+from bgc.runtime.measuring.timed_run import Run
+from bgc.runtime.running.loaded_model import Variable
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import (
     Configuration,
@@ -21,7 +21,7 @@ from bgc.runtime.trade.configurations import (
 )
 from bgc.runtime.trade.judge import Target, front, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement, measurement_from_json
-from bgc.runtime.trade.reference import find_reference
+from bgc.runtime.trade.reference_solution import find_reference
 
 TIP = Quantity("tip", "m", scale=5e-3, required=True, decides=True)
 ANGLE = Quantity("angle", "", scale=2.0, required=False, decides=False)

@@ -13,7 +13,7 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.activity import activity_report
-from bgc.runtime.trade.plot import plot_trade
+from bgc.runtime.trade.work_precision import plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
@@ -63,7 +63,7 @@ def test_what_activity_finds_that_a_scene_can_do_without_is_a_variant(tmp_path: 
 def test_activity_is_asked_where_nothing_is_stored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bgc.runtime.trade.variants.stored_variants", lambda model: None)
+    monkeypatch.setattr("bgc.runtime.trade.measured_variants.stored_variants", lambda model: None)
     kept: list[object] = []
     monkeypatch.setattr(
         "bgc.runtime.activity.activity.keep_variants", lambda model, found: kept.append(found)

@@ -17,9 +17,9 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.resolution.library import library_folder
-from bgc.runtime.linearising.operating import OpenedModel
-from bgc.symbolic import model as symbolic_model
-from bgc.symbolic.model import SymbolicModel
+from bgc.runtime.linearising.operating_point import OpenedModel
+from bgc.symbolic import symbolic_model as symbolic_model
+from bgc.symbolic.symbolic_model import SymbolicModel
 from bgc.symbolic.transfer_latex import transfer_latex
 from bgc.symbolic.transfer_text import transfer_lines, transfer_tables
 

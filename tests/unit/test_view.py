@@ -15,11 +15,11 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
 from bgc.runtime.running.simulate import method_of
-from bgc.runtime.view.description import describe_model, panels_of
 from bgc.runtime.view.history import History, as_rows
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import FRAME, Player, usual_speed
 from bgc.runtime.view.protocol import HEADER, pack_rows, read_command
+from bgc.runtime.view.scene_description import describe_model, panels_of
 
 
 @pytest.fixture(scope="module")

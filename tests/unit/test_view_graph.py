@@ -17,18 +17,18 @@ from bgc.diagnostics.catalogue.machine import dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.options import Options
-from bgc.runtime.running.compiling import load_or_compile
-from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_or_compile
 from bgc.runtime.running.simulate import method_of
-from bgc.runtime.view import graph as graphs
+from bgc.runtime.view import graph_page as graphs
 from bgc.runtime.view.aside import Answer, Aside, Request
-from bgc.runtime.view.description import describe_model
-from bgc.runtime.view.exchange import Exchange, Prepared
-from bgc.runtime.view.layered import layered
+from bgc.runtime.view.layout import layered
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.meter import Meter
+from bgc.runtime.view.part_exchange import Exchange, Prepared
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import read_command
+from bgc.runtime.view.scene_description import describe_model
 from bgc.runtime.view.server import Server
 
 MODEL = """

@@ -11,13 +11,13 @@ from view_server import address, home, serving
 import bgc
 from bgc.building.build import runtime_directory
 from bgc.language.scene_tables import DEVICE_INPUTS
-from bgc.runtime.running.devices import DeviceChoice, read_choices
+from bgc.runtime.running.device_drivers import DeviceChoice, read_choices
 from bgc.runtime.running.simulate import method_of
-from bgc.runtime.view.description import describe_model
 from bgc.runtime.view.hands import _CHANNELS, Hands
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import read_command
+from bgc.runtime.view.scene_description import describe_model
 from bgc.runtime.view.server import Server
 
 MODEL = """

@@ -7,10 +7,10 @@ import pytest
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.realtime.options import RealtimeOptions
-from bgc.runtime.running.devices import read_choices
+from bgc.runtime.realtime.loop_options import RealtimeOptions
+from bgc.runtime.running.device_drivers import read_choices
 from bgc.runtime.view import aside
-from bgc.runtime.view.following import LoopFollower
+from bgc.runtime.view.loop_view import LoopFollower
 
 MODEL = """
 interface Part { port p in; }

@@ -12,9 +12,9 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.model_loading import load_as
 from bgc.runtime.view.history import TIMES
-from bgc.runtime.view.modes import record_modes
+from bgc.runtime.view.mode_shapes import record_modes
 from bgc.runtime.view.recording import Recording
 
 # Two equal masses between walls on three springs k, k and k: one of the books' examples.

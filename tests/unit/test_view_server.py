@@ -20,14 +20,14 @@ from view_server import address, home, serving
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.running.devices import read_choices
+from bgc.runtime.running.device_drivers import read_choices
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view import page as pages
-from bgc.runtime.view.description import describe_model, meshes_of
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import HEADER
 from bgc.runtime.view.recording import read_recording
+from bgc.runtime.view.scene_description import describe_model, meshes_of
 from bgc.runtime.view.server import Client, Server
 
 

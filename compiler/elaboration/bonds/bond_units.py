@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import widths as width_messages
-from bgc.diagnostics.report import Report
+from bgc.diagnostics.collection import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import WATT
 from bgc.values.units import (

@@ -8,7 +8,7 @@ from bgc.diagnostics.catalogue import graph
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.faces import Face, Joint, WideBond
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port

@@ -16,8 +16,8 @@ from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.shape_probe import Probe, WidthUnknown, probe
 from bgc.elaboration.bonds.wiring import Wiring, check_single
 from bgc.elaboration.instances.faces import DomainUse, Face, Net, Width
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.limits import MAX_WIDTH
-from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.language.elements import Family

@@ -9,8 +9,8 @@ from typing import TypeAlias
 from bgc.diagnostics.catalogue import graph, laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Edit
 from bgc.elaboration.instances.faces import Face, Joint, Net, WideBond
+from bgc.elaboration.instances.instance_notes import note, note_of
 from bgc.elaboration.instances.limits import MAX_WIDTH
-from bgc.elaboration.instances.notes import note, note_of
 from bgc.elaboration.instances.scopes import part_at, path_of
 from bgc.elaboration.instances.tree import (
     Element,

@@ -8,13 +8,13 @@ from functools import partial
 from typing import Protocol
 
 from bgc.diagnostics.catalogue import names
+from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import already_reported
 from bgc.elaboration.instances.assumptions import Assumption
 from bgc.elaboration.instances.checks import check_value
 from bgc.elaboration.instances.components import component_name, indices
 from bgc.elaboration.instances.demands import Demand
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Environment, Quantity, Status
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax

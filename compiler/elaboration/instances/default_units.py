@@ -13,8 +13,8 @@ from functools import partial
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue.names import replaces_other_unit
+from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Quantity, Status

@@ -10,13 +10,13 @@ from functools import partial
 
 from bgc.diagnostics.catalogue import graph, laws, names, samples, slots
 from bgc.diagnostics.catalogue import widths as width_messages
+from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.fills import choose_fill
+from bgc.elaboration.instances.instance_notes import note, note_of
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
-from bgc.elaboration.instances.notes import note, note_of
 from bgc.elaboration.instances.sample_blocks import enter_sampled
 from bgc.elaboration.instances.sampled_ports import enter_sampled_port
 from bgc.elaboration.instances.scopes import path_of

@@ -17,7 +17,7 @@ from bgc.elaboration.instances.tree import Environment, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Parameter
 from bgc.options import RUN_NUMBER
-from bgc.values.shown import Shown
+from bgc.values.shown_units import Shown
 from bgc.values.units import DIMENSIONLESS, Dimension, shown_of, si_text
 from bgc.values.value import Value
 

@@ -13,8 +13,8 @@ from functools import partial
 from bgc.algebra.dag import Kind, Level
 from bgc.diagnostics.catalogue import names, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.assumptions import Assumed, Assumption
 from bgc.elaboration.instances.checks import (
@@ -30,15 +30,15 @@ from bgc.elaboration.instances.component_assignments import (
 )
 from bgc.elaboration.instances.components import indices
 from bgc.elaboration.instances.default_units import Defaults
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.limits import MAX_WIDTH
-from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.numbering import Numbering
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared
-from bgc.values.data import MOST_NODES, Column, Table, may_be_data
+from bgc.values.data_expressions import MOST_NODES, Column, Table, may_be_data
 from bgc.values.scope import ByComponent, Namespace
 from bgc.values.units import (
     Dimension,

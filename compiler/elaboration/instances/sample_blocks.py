@@ -8,7 +8,7 @@ from typing import Protocol
 from bgc.diagnostics.catalogue import names, samples
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Environment, Instance, Quantity, SampledPart
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax

@@ -219,7 +219,7 @@ class PortView:
         return f"the port `{self.port.path}`"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """One of `e`, `f`, `power`, or a name of the domain; of a sampled port, also its books."""
+        """One of `e`, `f`, `power`, or a name of the domain; of a sampled port, an energy."""
         if self.port.coupling is not None and name in READ:
             return member_view(self.world, self.port.coupling.members[name], span)
         return self.world.bonds.of_port(self.port, name, span)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bgc.algebra.dag import Dag
-from bgc.diagnostics.report import Report
+from bgc.diagnostics.collection import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.demands import Demands
 from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds
@@ -14,7 +14,7 @@ from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.grammar import syntax
 from bgc.resolution.modules import Package
-from bgc.values.data import Table
+from bgc.values.data_expressions import Table
 from bgc.values.expressions import evaluate, evaluate_condition, evaluate_whole, resolve_path
 from bgc.values.scope import Namespace
 from bgc.values.value import Value

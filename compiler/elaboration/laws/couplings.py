@@ -1,9 +1,9 @@
-"""Read sampled ports: the books and numbers of their couplings."""
+"""Read sampled ports: the energies and numbers of their couplings."""
 
 from __future__ import annotations
 
 from bgc.elaboration.bonds.wiring import Wiring
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Instance, PortEntry, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Node, SampledPort
@@ -34,7 +34,7 @@ def _read_port(world: World, port: PortEntry, coupling: Instance) -> SampledPort
         name=port.path,
         width=len(nodes("effort")),
         balance=nodes("balance")[0],
-        books=(book("supplied"), book("lost"), book("created")),
+        coupling_energies=(book("supplied"), book("lost"), book("created")),
         stiffness=nodes("stiffness")[0],
         damping=nodes("damping")[0],
         mass=nodes("mass")[0],

@@ -10,10 +10,10 @@ from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.components import component_name
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.blocks import Laws, arguments_of
+from bgc.elaboration.laws.law_blocks import Laws, arguments_of
 from bgc.elaboration.laws.matrix_checks import LawChecks
 from bgc.elaboration.laws.one_ports import (
     read_initials,

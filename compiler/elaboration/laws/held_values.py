@@ -13,7 +13,7 @@ from bgc.elaboration.bonds.bond_units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value, fit_shape, require_level
 from bgc.elaboration.instances.components import component_names
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import SampledPart
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.statements import read_target

@@ -11,7 +11,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.blocks import Laws
+from bgc.elaboration.laws.law_blocks import Laws
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import EnergyLaw, ExplicitLaw, Law, LinearLaw, Matrix, Node
 

@@ -13,7 +13,7 @@ from bgc.elaboration.bonds.domains import JOULE
 from bgc.elaboration.instances.checks import check_components, check_units, require_level
 from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.tree import Element
-from bgc.elaboration.laws.blocks import (
+from bgc.elaboration.laws.law_blocks import (
     Laws,
     arguments_of,
     left_name,

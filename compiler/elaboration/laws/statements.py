@@ -16,7 +16,7 @@ from bgc.elaboration.bonds.port_signals import Carried
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_units, check_value, fit_like, fit_shape
 from bgc.elaboration.instances.components import component_names, ordinal
-from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.scopes import find_member, path_of
 from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity, SampledPart
 from bgc.elaboration.instances.world import World

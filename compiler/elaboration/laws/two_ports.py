@@ -11,7 +11,7 @@ from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.tree import Element
-from bgc.elaboration.laws.blocks import Laws, arguments_of, left_name, missing_law
+from bgc.elaboration.laws.law_blocks import Laws, arguments_of, left_name, missing_law
 from bgc.elaboration.laws.matrix_checks import LawChecks, varies
 from bgc.grammar import syntax
 from bgc.ir.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer

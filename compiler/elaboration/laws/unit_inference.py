@@ -10,7 +10,7 @@ from bgc.elaboration.bonds.shape_probe import WidthUnknown
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.blocks import value_argument
+from bgc.elaboration.laws.law_blocks import value_argument
 from bgc.language.elements import Family
 from bgc.values.units import Dimension, divide, power
 from bgc.values.value import Value

@@ -13,9 +13,9 @@ from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.scopes import ElementView, Names, path_of
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.elaboration.instances.world import Edits, World
-from bgc.elaboration.scenes.devices import declare_devices, device_of
-from bgc.elaboration.scenes.observed import declared_value
-from bgc.elaboration.scenes.scene import Scene
+from bgc.elaboration.scenes.observations import declared_value
+from bgc.elaboration.scenes.scene_choice import Scene
+from bgc.elaboration.scenes.scene_devices import declare_devices, device_of
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
 from bgc.language.elements import ELEMENTS

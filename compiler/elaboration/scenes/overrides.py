@@ -9,11 +9,11 @@ from bgc.diagnostics.source import Source
 from bgc.elaboration.instances.fills import as_type_use
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Given
-from bgc.elaboration.scenes.observed import is_path
-from bgc.elaboration.scenes.scene import Scene
+from bgc.elaboration.scenes.observations import is_path
+from bgc.elaboration.scenes.scene_choice import Scene
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
-from bgc.language.columns import column_in, name_in_si
+from bgc.language.column_names import column_in, name_in_si
 from bgc.resolution.modules import Inherited
 
 

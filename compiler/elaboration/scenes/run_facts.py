@@ -12,11 +12,11 @@ from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.edits import canonical_path
-from bgc.elaboration.scenes.observed import Observed, is_path
-from bgc.elaboration.scenes.scene import Item, Scene, constant_of
+from bgc.elaboration.scenes.observations import Observed, is_path
+from bgc.elaboration.scenes.scene_choice import Item, Scene, constant_of
 from bgc.grammar import syntax
-from bgc.ir.scene import Requirement
-from bgc.language.columns import column_of, name_in_si, vector_of
+from bgc.ir.scene_nodes import Requirement
+from bgc.language.column_names import column_of, name_in_si, vector_of
 from bgc.language.scene import Plot, Rest
 from bgc.language.scene import Scene as Record
 from bgc.language.scene_tables import OVERRUN_POLICIES

@@ -21,7 +21,6 @@ from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.equations.closures.contradiction import body_aside, is_within_reach
 from bgc.equations.closures.dense import independent_in, least_change
-from bgc.equations.closures.given import GivenFlow, require_given
 from bgc.equations.closures.manifold import (
     CLOSED,
     Conditions,
@@ -43,7 +42,8 @@ from bgc.equations.closures.multipliers import (
     responses_of,
     settled,
 )
-from bgc.equations.variables.variables import Variables
+from bgc.equations.closures.start_check import GivenFlow, require_given
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
 from bgc.ir.program import ClosedChain, Closures, Program

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.solving import solve_definite
-from bgc.equations.loops.resolve import Resolver
-from bgc.equations.variables.variables import Variables
+from bgc.algebra.symbolic_systems import solve_definite
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Condition, Matrix, Node
 from bgc.ir.program import Program

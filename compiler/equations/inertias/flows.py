@@ -15,7 +15,7 @@ from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.inertias.rank import has_constant_rank
 from bgc.equations.storage.kinds import StorageElement
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor

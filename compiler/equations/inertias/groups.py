@@ -9,7 +9,7 @@ from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import StorageElement, StoragePort
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind, Role
 
 

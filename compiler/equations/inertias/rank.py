@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Level
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.storage.kinds import StorageElement
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
 
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import directional_derivative, gradient
-from bgc.algebra.expanded import expanded_text
+from bgc.algebra.expansion import expanded_text
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.loops.resolve import Resolver
-from bgc.equations.variables.variables import Variables
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
 
 _MOST_DIFFERENTIATIONS = 3  # differentiations

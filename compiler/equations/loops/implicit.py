@@ -17,9 +17,9 @@ from bgc.algebra.matching import match
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.constraints import derivative_with_unknown
-from bgc.equations.loops.determined import Row, require_determined
-from bgc.equations.loops.resolve import Resolver
-from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
+from bgc.equations.loops.singular_jacobian import Row, require_determined
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.variables.definitions import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Equation, Node
 
 # --- unknowns of the graph ----------------------------------------------------------------------

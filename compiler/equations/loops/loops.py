@@ -18,10 +18,10 @@ from bgc.algebra.inversion import solve_for
 from bgc.algebra.linear import LinearForm, linear_form
 from bgc.algebra.modular import Solutions, solutions_of
 from bgc.algebra.signs import Signs
-from bgc.algebra.solving import SingularSystemError, solve_general
+from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.rates import RateTerms
-from bgc.equations.variables.variables import Explicit, Rate, Variables
+from bgc.equations.variables.definitions import Explicit, Rate, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor, Loop, LoopKind, LoopSolution, PositiveParameter
 

@@ -18,10 +18,10 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.signs import Signs
-from bgc.algebra.solving import SingularSystemError, solve_general
+from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.equations.loops.rates import implicit_rates
-from bgc.equations.loops.resolve import Resolver
-from bgc.equations.variables.variables import Variables
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
 from bgc.ir.program import MassEntry, Program, ProgramState

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.solving import solve_general
+from bgc.algebra.symbolic_systems import solve_general
 from bgc.ir.graph import Node
 
 

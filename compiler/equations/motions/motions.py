@@ -27,8 +27,8 @@ from bgc.algebra.modular import rank_of
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import own_flow
-from bgc.equations.variables.laws import gyrator_matrix
-from bgc.equations.variables.variables import Column, Variables
+from bgc.equations.variables.definitions import Column, Variables
+from bgc.equations.variables.law_nodes import gyrator_matrix
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
 

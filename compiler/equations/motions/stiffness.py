@@ -14,7 +14,7 @@ from enum import Enum
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
 
 _LEAST_PIVOT = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diagonal of ones or less

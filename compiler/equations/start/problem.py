@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.loops.resolve import Resolver
+from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.conditions import Condition, unusable
-from bgc.equations.storage.initial import given_values
+from bgc.equations.storage.initial_values import given_values
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Junction, Node
 
 

@@ -29,7 +29,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.start.least import LeastChange
 from bgc.equations.start.problem import Given, Problem, states_in
 from bgc.equations.storage.conditions import Answer, System, contradiction, in_order
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, Start

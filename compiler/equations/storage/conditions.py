@@ -13,11 +13,11 @@ from enum import Enum
 from typing import TypeAlias, TypeVar
 
 from bgc.algebra.dag import Level
-from bgc.algebra.solving import SingularSystemError, solve_general
+from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.storage.opposing import opposing_source, parameters_behind
-from bgc.equations.variables.variables import Variables
+from bgc.equations.storage.contradicted_start import opposing_source, parameters_behind
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Node
 
 Row: TypeAlias = dict[int, Node]

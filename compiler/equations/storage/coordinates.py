@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Bond, Gyrator, Junction, Transformer
 
 

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bgc.equations.storage.symmetry import even_matrix
-from bgc.equations.variables.laws import StorageLaw, storage_law
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
+from bgc.equations.variables.law_nodes import StorageLaw, storage_law
 from bgc.ir.causal import BasisKind, CausalGraph, ElementPort, Role
 from bgc.ir.graph import Node, Storage
 from bgc.values.units import parse_unit

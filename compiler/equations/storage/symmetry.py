@@ -13,7 +13,7 @@ from itertools import combinations
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.linalg import LARGE
 from bgc.diagnostics.catalogue import listed
-from bgc.equations.variables.variables import Variables
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import FlatGraph, LinearLaw, Matrix, Node, Storage
 from bgc.ir.program import PositiveParameter
 from bgc.passivity.definite import TOLERANCE, find_asymmetry

@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import Mapping
 from enum import Enum
 
-from bgc.equations.variables.names import Places
-from bgc.equations.variables.symbols import Symbols
+from bgc.equations.variables.raw_symbols import Symbols
+from bgc.equations.variables.variable_names import Places
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import Junction, Node
 

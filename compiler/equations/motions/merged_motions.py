@@ -1,0 +1,461 @@
+"""Merge dependent storage along free motions; the remaining states are invariant under them.
+
+On a free motion z (see `motions`) the stored quantities x move as `x' = B z + ..`, and the power
+balance on it is a condition on them: `B' dH/dx + driven = 0`. Compliances that share a flow which
+only compliances determine are the usual case; charges and momenta that an odd loop of gyrators
+joins are another. For each motion one quantity `x_d` is designated, such that B is the identity
+there; it follows from the condition. The others keep the difference
+
+    y = x - B x_d,    y' = x' - B x_d' - B' x_d,
+
+in which z cancels: it is set to zero there. The speed of a motion is that at which the designated
+quantity follows: `z = d/dt x_d(y, t) - (x_d' at z = 0)`. The common stiffness `B' K B` is symmetric
+positive definite; with a law that is not linear the condition is solved by iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.symbolic_systems import solve_definite
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.motions.initial_motions import Momenta, Stored, initial_quantities
+from bgc.equations.motions.motions import FreeMotions, free_motions
+from bgc.equations.motions.stiffness import Stiffness, judge_stiffness
+from bgc.equations.storage.coordinates import (
+    effort_coordinate,
+    element_coordinate,
+    flow_coordinate,
+)
+from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
+from bgc.equations.variables.definitions import Explicit, Unknown, Variables
+from bgc.ir.causal import BasisKind, Role
+from bgc.ir.graph import Node, Source
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A stored quantity as a state: of a compliance's port, or on an independent flow.
+
+    `moved` is the contribution of a unit of each motion to its rate.
+    """
+
+    state: IntegratedState
+    element: StorageElement
+    port: StoragePort | None  # None of a merged momentum
+    moved: dict[int, Node]
+
+    @property
+    def is_charge(self) -> bool:
+        """Return whether it belongs to a compliance (in the terms of its region)."""
+        return self.port is not None and self.port.port.role is Role.COMPLIANCE
+
+    @property
+    def place(self) -> int:
+        """The element that messages name."""
+        return self.element.ports[0].port.element
+
+    def kind(self, dag: Dag) -> Kind:
+        """Return whether it is a charge or a momentum of its element."""
+        symbol = dag.symbol_of(self.state.symbol)
+        assert symbol is not None
+        return symbol.kind
+
+
+def merge_along_motions(
+    variables: Variables,
+    elements: Sequence[StorageElement],
+    states: Sequence[IntegratedState],
+) -> list[IntegratedState]:
+    """Merge storage along all free motions and return the remaining states.
+
+    Defines the flows of the motions, and the quantities that are no longer states.
+
+    Raises
+    ------
+    BgError
+        A motion moves nothing that is stored, or through moduli only that may vanish.
+    """
+    free = free_motions(variables)
+    if not free.motions:
+        return list(states)
+    return _Merging(variables, elements, states, free).run()
+
+
+class _Merging:
+    def __init__(
+        self,
+        variables: Variables,
+        elements: Sequence[StorageElement],
+        states: Sequence[IntegratedState],
+        free: FreeMotions,
+    ) -> None:
+        self._variables = variables
+        self._dag = variables.dag
+        self._fingerprints = variables.causal.fingerprints
+        self._motions = list(free.motions)
+        self._dependent = free.dependent
+        self._owners = {element.storage.name: element for element in elements}
+        self._slots = self._slots_of(elements, states)
+        self._moved_by: dict[int, set[int]] = {}  # motion -> slots
+        for i, slot in enumerate(self._slots):
+            for j in slot.moved:
+                self._moved_by.setdefault(j, set()).add(i)
+        self._taken = {slot.state.name for slot in self._slots}
+        self._leaders: dict[int, int] = {}  # motion -> the slot of its designated quantity
+        self._effort_sources = [
+            (port, source)
+            for port in variables.causal.ports
+            if port.role is Role.EFFORT_SOURCE
+            and isinstance(source := variables.causal.graph.elements[port.element], Source)
+        ]
+
+    def run(self) -> list[IntegratedState]:
+        """Designate a quantity for each motion, define it, and return the remaining states."""
+        self._designate()
+        self._define_flows()
+        rests: dict[int, Node] = {}
+        start: dict[Node, Node] = {}
+        for members in self._groups():
+            rests |= self._define_quantities(members)
+            start |= self._initial_quantities(members)
+        led = set(self._leaders.values())
+        return [
+            self._kept(slot, rests[i], start) if slot.moved else slot.state
+            for i, slot in enumerate(self._slots)
+            if i not in led
+        ]
+
+    # --- motions ------------------------------------------------------------------------------
+
+    def _slots_of(
+        self, elements: Sequence[StorageElement], states: Sequence[IntegratedState]
+    ) -> list[Slot]:
+        ports = {port.index: (element, port) for element in elements for port in element.ports}
+        on_flow: dict[int, list[int]] = {}
+        pushing: dict[int, list[int]] = {}
+        for j, motion in enumerate(self._motions):
+            for k in motion.flows:
+                on_flow.setdefault(k, []).append(j)
+            for k in motion.pushes:
+                pushing.setdefault(k, []).append(j)
+        slots = []
+        for state in states:
+            if state.port is not None:
+                element, port = ports[state.port]
+                if port.port.role is Role.COMPLIANCE:
+                    moved = self._along(port.flow, on_flow, "flows")
+                else:
+                    moved = self._along(port.flow, pushing, "pushes")
+                slots.append(Slot(state, element, port, moved))
+            else:
+                alone = {} if state.flow is None else {state.flow: self._dag.one}
+                moved = self._along(alone, pushing, "pushes")
+                slots.append(Slot(state, self._owners[state.stores[0]], None, moved))
+        return slots
+
+    def _along(
+        self, row: Mapping[int, Node], moving: Mapping[int, list[int]], part: str
+    ) -> dict[int, Node]:
+        """A row over the independent flows times each motion."""
+        dag = self._dag
+        moved: dict[int, Node] = {}
+        for k, entry in row.items():
+            for j in moving.get(k, ()):
+                motion = self._motions[j]
+                node = motion.flows[k] if part == "flows" else motion.pushes[k]
+                moved[j] = dag.add(moved.get(j, dag.zero), dag.mul(entry, node))
+        return {j: node for j, node in moved.items() if not self._fingerprints.is_zero(node)}
+
+    def _groups(self) -> list[list[int]]:
+        """Motions that move something of one element in common."""
+        sets = DisjointSets(len(self._motions))
+        joined: dict[int, list[int]] = {}
+        for slot in self._slots:
+            joined.setdefault(slot.place, []).extend(slot.moved)
+        for motions in joined.values():
+            sets.join(motions)
+        return sets.groups()
+
+    # --- designated quantities ----------------------------------------------------------------
+
+    def _designate(self) -> None:
+        """Find a quantity for each motion, and turn the motions so that each moves only its own."""
+        waiting = list(range(len(self._motions)))
+        while waiting:
+            postponed = [j for j in waiting if not self._designate_for(j)]
+            if len(postponed) == len(waiting):
+                raise self._not_held(postponed[0])
+            waiting = postponed
+
+    def _designate_for(self, j: int) -> bool:
+        candidates = []
+        for i in self._moved_by.get(j, ()):
+            slot = self._slots[i]
+            certificate = self._variables.certificate(slot.moved[j])
+            if certificate is not None:
+                candidates.append((not slot.is_charge, len(slot.moved), i, certificate.rank))
+        if not candidates:
+            return False
+        *_, i, _ = min(candidates)
+        leader = self._slots[i]
+        message = f"the modulus that joins `{leader.state.stores[0]}` must not be zero"
+        self._variables.may_divide(leader.moved[j], message)
+        self._scale(j, self._dag.div(self._dag.one, leader.moved[j]))
+        for other, weight in list(leader.moved.items()):
+            if other != j:
+                self._subtract(other, j, weight)
+        self._leaders[j] = i
+        return True
+
+    def _scale(self, j: int, weight: Node) -> None:
+        self._motions[j] = self._motions[j].weighted(self._dag, weight)
+        for i in self._moved_by[j]:
+            moved = self._slots[i].moved
+            moved[j] = self._dag.mul(moved[j], weight)
+
+    def _subtract(self, j: int, other: int, weight: Node) -> None:
+        """Take a multiple of another motion from a motion."""
+        dag = self._dag
+        motion = self._motions[j].less(dag, self._fingerprints, self._motions[other], weight)
+        self._motions[j] = motion
+        for i in self._moved_by[other]:
+            moved = self._slots[i].moved
+            taken = dag.mul(weight, moved[other])
+            moved[j] = dag.sub(moved.get(j, dag.zero), taken)
+            if self._fingerprints.is_zero(moved[j]):
+                del moved[j]
+                self._moved_by[j].discard(i)
+            else:
+                self._moved_by[j].add(i)
+
+    # --- definitions --------------------------------------------------------------------------
+
+    def _define_flows(self) -> None:
+        """The flows and efforts that take part in motions."""
+        variables, dag = self._variables, self._dag
+        shares: dict[Node, Node] = {}
+        for j, motion in enumerate(self._motions):
+            state = self._slots[self._leaders[j]].state
+            speed = variables.new_speed(state.symbol, state.derivative)
+            parts = {variables.symbol_of(("flow", k)): node for k, node in motion.flows.items()}
+            for k, node in motion.efforts.items():
+                turned = variables.symbols.turned(node, variables.causal.ports[k].across_sign)
+                parts[variables.symbol_of(("port", k))] = turned
+            for symbol, node in parts.items():
+                shares[symbol] = dag.add(shares.get(symbol, dag.zero), dag.mul(node, speed))
+        alone = {variables.symbol_of(column) for column in self._dependent}
+        for symbol, share in shares.items():
+            variables.set_share(symbol, share, alone=symbol in alone)
+
+    def _define_quantities(self, members: Sequence[int]) -> dict[int, Node]:
+        """The quantities that a group of motions moves; gives the new states by slot."""
+        variables, dag = self._variables, self._dag
+        leaders = {self._leaders[j]: j for j in members}
+        rests: dict[int, Node] = {}
+        for i in self._moved_slots(members):
+            if i in leaders:
+                continue
+            slot = self._slots[i]
+            rests[i] = variables.new_state(slot.kind(dag))
+            parts = (dag.mul(node, self._leading(j).state.symbol) for j, node in slot.moved.items())
+            whole = Explicit(dag.add(rests[i], dag.sum(parts)))
+            variables.set_definition(slot.state.symbol, whole, slot.place)
+        solution = self._solve_linear(members, rests)
+        for j in members:
+            leader = self._leading(j)
+            symbol = leader.state.symbol
+            if solution is None:
+                variables.set_definition(symbol, Unknown(), leader.place)
+                variables.add_equation(self._condition(j), symbol)
+            else:
+                variables.set_definition(symbol, Explicit(solution[j]), leader.place)
+        return rests
+
+    def _condition(self, j: int) -> Node:
+        """The residual of the balance on a motion: `B' dH/dx + driven`."""
+        dag, variables = self._dag, self._variables
+        total = self._driven(j)
+        for i in sorted(self._moved_by[j]):
+            slot = self._slots[i]
+            if slot.is_charge:
+                assert slot.port is not None
+                total = dag.add(total, dag.mul(slot.moved[j], slot.port.answer))
+        for k, node in self._motions[j].pushes.items():
+            if variables.causal.basis[k].kind is not BasisKind.FLOW_SOURCE:
+                total = dag.add(total, dag.mul(node, variables.independent(k)))
+        return total
+
+    def _driven(self, j: int) -> Node:
+        """The share of sources in the balance on a motion."""
+        dag, variables, causal = self._dag, self._variables, self._variables.causal
+        motion = self._motions[j]
+        total = dag.zero
+        for k, node in motion.pushes.items():
+            if causal.basis[k].kind is BasisKind.FLOW_SOURCE:
+                total = dag.add(total, dag.mul(node, variables.independent(k)))
+        for port, source in self._effort_sources:
+            row = dict(causal.flows[causal.class_of[port.bond]])
+            moved = dag.sum(dag.mul(row[k], x) for k, x in motion.flows.items() if k in row)
+            force = variables.symbols.turned(source.value, port.sign)
+            total = dag.add(total, dag.mul(moved, force))
+        return total
+
+    def _solve_linear(
+        self, members: Sequence[int], rests: Mapping[int, Node]
+    ) -> dict[int, Node] | None:
+        """Solve for the designated charges of a group of linear compliances.
+
+        None for other groups, and where the common stiffness is not positive definite.
+        """
+        dag = self._dag
+        slots = {i: self._slots[i] for i in self._moved_slots(members)}
+        if not all(slot.is_charge and slot.element.law.response for slot in slots.values()):
+            return None
+        order = {j: n for n, j in enumerate(members)}
+        at = {slot.port.index: i for i, slot in slots.items() if slot.port is not None}
+        matrix: list[dict[int, Node]] = [{} for _ in members]
+        parts: list[list[Node]] = [[] for _ in members]  # of the diagonal
+        right = [dag.neg(self._driven(j)) for j in members]
+        for slot in slots.values():
+            assert slot.port is not None and slot.element.law.response is not None
+            line = slot.element.law.response[slot.port.port.position]
+            effort: dict[int, Node] = {}
+            rest = dag.zero
+            for other, entry in zip(slot.element.ports, line, strict=True):
+                i = at.get(other.index)
+                known = other.state if i is None else rests.get(i, dag.zero)
+                rest = dag.add(rest, dag.mul(entry, known))
+                for j, node in slots[i].moved.items() if i is not None else ():
+                    effort[j] = dag.add(effort.get(j, dag.zero), dag.mul(entry, node))
+            for j, weight in slot.moved.items():
+                row = matrix[order[j]]
+                for other_j, node in effort.items():
+                    column = order[other_j]
+                    term = dag.mul(weight, node)
+                    row[column] = dag.add(row.get(column, dag.zero), term)
+                    if other_j == j:
+                        parts[column].append(term)
+                right[order[j]] = dag.sub(right[order[j]], dag.mul(weight, rest))
+        match judge_stiffness(self._variables, matrix, parts):
+            case Stiffness.DEFINITE:
+                (solution,) = solve_definite(dag, self._fingerprints, matrix, [right])
+                return {j: solution[n] for j, n in order.items()}
+            case Stiffness.REGULAR:
+                return None
+            case Stiffness.SINGULAR:
+                raise self._cannot_merge(members, "their common stiffness is singular")
+            case unknown:
+                assert_never(unknown)
+
+    # --- remaining states ---------------------------------------------------------------------
+
+    def _kept(self, slot: Slot, symbol: Node, start: Mapping[Node, Node]) -> IntegratedState:
+        """The state `y = x - B x_d`."""
+        dag, old = self._dag, slot.state
+        rate, initial = old.derivative, start[old.symbol]
+        led: list[str] = []
+        for j, node in slot.moved.items():
+            leader = self._leading(j).state
+            led += leader.stores
+            rate = dag.sub(rate, dag.mul(node, leader.derivative))
+            initial = dag.sub(initial, dag.mul(node, start[leader.symbol]))
+            if dag.level[node] > Level.PARAM:
+                turning = self._variables.rate_of(node, slot.place)
+                rate = dag.sub(rate, dag.mul(turning, leader.symbol))
+        self._variables.resting.add(symbol)
+        held = tuple(dict.fromkeys((*old.stores, *led)))
+        name = self._name(slot)
+        return replace(
+            old, symbol=symbol, name=name, derivative=rate, initial=initial, port=None, stores=held
+        )
+
+    def _name(self, slot: Slot) -> str:
+        """The name of the state that remains of a slot."""
+        causal, name = self._variables.causal, slot.state.name
+        if slot.port is None:
+            return name
+        bond = slot.port.port.bond
+        if slot.is_charge:
+            found = effort_coordinate(self._variables, bond, self._taken)
+        else:
+            found = flow_coordinate(self._variables, causal.class_of[bond], self._taken)
+        found = element_coordinate(name, self._taken) if found is None else found
+        self._taken.add(found)
+        return found
+
+    def _initial_quantities(self, members: Sequence[int]) -> dict[Node, Node]:
+        slots = [self._slots[i] for i in self._moved_slots(members)]
+        columns: list[dict[Node, Node]] = [
+            {
+                self._slots[i].state.symbol: self._slots[i].moved[j]
+                for i in sorted(self._moved_by[j])
+            }
+            for j in members
+        ]
+        driven = [self._driven(j) for j in members]
+        stored = self._stored(slots)
+        return initial_quantities(self._variables, stored, columns, driven)
+
+    def _stored(self, slots: Sequence[Slot]) -> Stored:
+        """The elements that slots belong to, with all their states."""
+        by_symbol = {slot.state.symbol: slot for slot in self._slots}
+        compliances: dict[int, StorageElement] = {}
+        momenta: dict[int, Momenta] = {}
+        for slot in slots:
+            if slot.is_charge:
+                compliances[slot.place] = slot.element
+            elif slot.port is not None:
+                states = tuple(by_symbol[port.state].state for port in slot.element.ports)
+                momenta[slot.place] = Momenta((slot.element,), states, None)
+            else:
+                momenta.setdefault(slot.place, self._merged_momenta(slot))
+        charges = tuple(
+            by_symbol[port.state].state
+            for element in compliances.values()
+            for port in element.ports
+            if port.port.role is Role.COMPLIANCE
+        )
+        return Stored(tuple(compliances.values()), charges, tuple(momenta.values()))
+
+    def _merged_momenta(self, slot: Slot) -> Momenta:
+        """The momenta that are merged with one, and the elements they are merged from."""
+        merged = [s for s in self._slots if s.state.flow is not None]
+        joined = set(slot.state.stores)
+        while True:
+            block = [s for s in merged if joined.intersection(s.state.stores)]
+            names = joined.union(*(s.state.stores for s in block))
+            if names == joined:
+                break
+            joined = names
+        states = tuple(s.state for s in block)
+        flows = tuple(s.state.flow for s in block if s.state.flow is not None)
+        return Momenta(tuple(self._owners[name] for name in sorted(joined)), states, flows)
+
+    def _moved_slots(self, members: Sequence[int]) -> list[int]:
+        return sorted({i for j in members for i in self._moved_by[j]})
+
+    def _leading(self, j: int) -> Slot:
+        return self._slots[self._leaders[j]]
+
+    # --- errors -------------------------------------------------------------------------------
+
+    def _not_held(self, j: int) -> BgError:
+        """The error for a motion that moves no storage, or only through moduli that may vanish."""
+        if self._moved_by.get(j):
+            return self._cannot_merge([j], "the modulus that joins them may become zero")
+        variables, motion = self._variables, self._motions[j]
+        symbols = [variables.symbol_of(("flow", k)) for k in motion.flows]
+        symbols += [variables.symbol_of(("port", k)) for k in motion.efforts]
+        return variables.places.unsolvable(symbols)
+
+    def _cannot_merge(self, members: Sequence[int], why: str) -> BgError:
+        first, *others = (self._slots[i] for i in self._moved_slots(members))
+        names = list(dict.fromkeys(name for slot in others for name in slot.state.stores))
+        storage = first.element.storage
+        return BgError([storage_messages.dependent_storage(storage.span, storage.name, names, why)])

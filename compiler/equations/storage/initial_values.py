@@ -1,0 +1,197 @@
+"""Initial values of storage: given charges, momenta, efforts or flows, turned into states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
+from bgc.diagnostics.catalogue import causality as catalogue
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.equations.storage.kinds import StorageElement
+from bgc.equations.variables.definitions import Variables
+from bgc.ir.graph import Initial, Node, Storage
+
+Given = dict[tuple[int, str], Initial]  # (port, variable) -> what the user gave
+
+
+def given_values(element: StorageElement) -> Given:
+    """The given values of an element by port and variable; refuses two that fix each other."""
+    found: Given = {}
+    for initial in element.storage.initial:
+        port = element.ports[initial.port]
+        pair = ("p", "f") if port.has_momentum else ("q", "e")
+        others = [v for v in pair if v != initial.variable and initial.variable in pair]
+        for variable in (initial.variable, *others):
+            if (initial.port, variable) in found:
+                raise BgError(
+                    [
+                        storage_messages.initial_twice(
+                            initial.span, element.storage.name, f"{variable}0",
+                            f"{initial.variable}0",
+                        )
+                    ]
+                )  # fmt: skip
+        found[initial.port, initial.variable] = initial
+    return found
+
+
+def own_initial_states(variables: Variables, element: StorageElement) -> list[Node]:
+    """The initial charge or momentum of every port of an independent element.
+
+    Values not given are zero. A given effort or flow is converted by the law; where that is not
+    possible before the parameters are known, the element is noted in `Variables.starting`.
+    """
+    dag = variables.dag
+    given = given_values(element)
+    values: dict[int, Node] = {}
+    answers: dict[int, Initial] = {}
+    for position, port in enumerate(element.ports):
+        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
+        if (position, answer) in given:
+            answers[position] = given[position, answer]
+        else:
+            start = given.get((position, state))
+            values[position] = start.value if start is not None else dag.zero
+    if answers:
+        values |= _from_answers(variables, element, values, answers)
+    return [values[position] for position in range(len(element.ports))]
+
+
+def _from_answers(
+    variables: Variables,
+    element: StorageElement,
+    values: Mapping[int, Node],
+    answers: Mapping[int, Initial],
+) -> dict[int, Node]:
+    """The states of the ports whose effort or flow is given."""
+    dag, law = variables.dag, element.law
+    if law.capacity is not None and all(
+        any(entry != dag.zero for entry in law.capacity[k])
+        and all(m in answers for m, entry in enumerate(law.capacity[k]) if entry != dag.zero)
+        for k in answers
+    ):
+        return {
+            k: dag.sum(dag.mul(law.capacity[k][m], answers[m].value) for m in answers)
+            for k in answers
+        }
+    if law.response is None:
+        if len(element.ports) == 1:
+            root = _inverted(variables, element, answers[0])
+            if root is not None:
+                return {0: root}
+        variables.starting.add(element.ports[0].port.element)
+        return dict.fromkeys(answers, dag.zero)
+    order = {k: i for i, k in enumerate(answers)}
+    response = law.response
+    matrix = [{order[m]: response[k][m] for m in answers} for k in answers]
+    right = [
+        dag.sub(
+            answers[k].value,
+            dag.sum(dag.mul(response[k][m], value) for m, value in values.items()),
+        )
+        for k in answers
+    ]
+    try:
+        solution = solve_general(
+            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
+        )
+    except SingularSystemError:
+        raise _unusable(element.storage, next(iter(answers.values()))) from None
+    return {k: solution[i] for k, i in order.items()}
+
+
+def _unusable(storage: Storage, initial: Initial) -> BgError:
+    return BgError(
+        [storage_messages.initial_unusable(initial.span, storage.name, f"{initial.variable}0")]
+    )
+
+
+def _inverted(variables: Variables, element: StorageElement, initial: Initial) -> Node | None:
+    """The state at which a scalar law of constants answers with a constant value.
+
+    None where the law or the value holds anything else, such as a parameter.
+    """
+    dag = variables.dag
+    (port,) = element.ports
+    symbol = dag.symbol_of(port.state)
+    assert symbol is not None
+    parts = dag.reachable([port.answer, initial.value])
+    if any(dag.level[n] > Level.CONST and n != port.state for n in parts if not dag.operands(n)):
+        return None
+    target = evaluate_nodes(dag, [initial.value], {})[0]
+
+    def miss(x: float) -> float:
+        return evaluate_nodes(dag, [port.answer], {symbol: x})[0] - target
+
+    root = find_root(miss)
+    if root is None:
+        raise _unusable(element.storage, initial)
+    return dag.const(root)
+
+
+def find_root(function: Callable[[float], float]) -> float | None:
+    """A root of a monotone function, from brackets that grow from zero; None without one."""
+    low, high = -1e-3, 1e-3
+    for _ in range(80):
+        at_low, at_high = function(low), function(high)
+        if math.isfinite(at_low) and math.isfinite(at_high) and at_low * at_high <= 0:
+            return _bisected(function, low, high)
+        low, high = 2 * low, 2 * high
+    return None
+
+
+def _bisected(function: Callable[[float], float], low: float, high: float) -> float:
+    sign = math.copysign(1.0, function(high))
+    for _ in range(2000):
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        if sign * function(middle) > 0:
+            high = middle
+        else:
+            low = middle
+    return low if abs(function(low)) <= abs(function(high)) else high
+
+
+def closed_initials(
+    dag: Dag, initials: Sequence[Node], places: Sequence[tuple[str, Span | None]]
+) -> list[Node]:
+    """Replace each state in an initial value by that state's own initial value.
+
+    Raises
+    ------
+    BgError
+        Initial values depend on each other cyclically.
+    """
+    needs = [
+        sorted(
+            symbol.index
+            for symbol in map(dag.symbol_of, dag.reachable([node]))
+            if symbol is not None and symbol.kind is Kind.STATE
+        )
+        for node in initials
+    ]
+    closed: dict[int, Node] = {}
+    for start in range(len(initials)):
+        stack, entered = [start], set[int]()
+        while stack:
+            k = stack[-1]
+            missing = [n for n in needs[k] if n not in closed]
+            if k in closed:
+                stack.pop()
+            elif not missing:
+                replaced = {dag.symbol(Kind.STATE, n): closed[n] for n in needs[k]}
+                (closed[k],) = dag.substitute([initials[k]], replaced)
+                stack.pop()
+            elif k in entered:
+                name, span = places[k]
+                raise BgError([catalogue.invalid_initial(span, name)])
+            else:
+                entered.add(k)
+                stack.extend(missing)
+    return [closed[k] for k in range(len(initials))]

@@ -1,0 +1,56 @@
+"""Names of the language for the names of a robot."""
+
+from __future__ import annotations
+
+import re
+
+from bgc.grammar.language_words import RESERVED
+from bgc.grammar.latin import latin
+from bgc.language.elements import ELEMENTS
+from bgc.reference.library_entries import declarations
+
+_TAKEN = frozenset(
+    "base tip drives q q0 rates ground robot end servo shafts pi time energy "
+    "x y z gravity rot_x rot_y rot_z euler_matrix quaternion_matrix symmetric diag norm zeros "
+    "mimicked smooth_rate stack eye transpose".split()
+)
+
+_IMPORTED = ("mechanics.", "arms.link")  # modules that a written file may import
+
+
+class Names:
+    """Gives each thing of a model a name of its own, as near to its own name as can be."""
+
+    def __init__(self) -> None:
+        self._values: set[str] = set(_TAKEN)
+        self._types: set[str] = {
+            *ELEMENTS,
+            *(d.name for d in declarations() if d.module.startswith(_IMPORTED)),
+        }
+
+    def value(self, text: str, other: str = "part") -> str:
+        """Return a new name of a value or part; `other` if the text has no letters."""
+        name = re.sub(r"[^A-Za-z0-9_]+", "_", latin(text)).strip("_") or other
+        if not name[0].isalpha():
+            name = f"{other}_{name}"
+        if name in RESERVED:
+            name = f"{name}_{other}"
+        return _free(name[:60], self._values)
+
+    def type(self, text: str) -> str:
+        """Return a new name of a model."""
+        words = re.findall(r"[A-Za-z0-9]+", latin(text))
+        name = "".join(word[:1].upper() + word[1:] for word in words) or "Robot"
+        if not name[0].isalpha():
+            name = f"Robot{name}"
+        return _free(name[:60], self._types)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """Return the name, or the name with the first number behind it that makes it new."""
+    found, number = name, 2
+    while found in taken:
+        found = f"{name}_{number}"
+        number += 1
+    taken.add(found)
+    return found
