@@ -23,7 +23,7 @@ const bgc_driver *bgc_find_driver(const char *name) {
 }
 
 /* A pose at rest in the middle of the workspace, for a device that is not open. */
-static const bgc_pose resting = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+static const bgc_pose resting_pose = {.orientation = {1.0, 0.0, 0.0, 0.0}};
 
 /* The component of a pose that an input reads. */
 static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
@@ -69,7 +69,7 @@ static int from_device(const bgc_model *m, int k) {
 /* Inputs with devices at rest; those that the caller writes are zero. */
 void bgc_default_inputs(const bgc_model *m, double *u) {
     for (int k = 0; k < m->n_input; k++) {
-        u[k] = from_device(m, k) ? input_of(&resting, &m->input[k]) : 0.0;
+        u[k] = from_device(m, k) ? input_of(&resting_pose, &m->input[k]) : 0.0;
     }
 }
 
@@ -117,7 +117,7 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
         if (device->driver == NULL) {
             continue;
         }
-        device->pose = resting;
+        device->pose = resting_pose;
         memcpy(device->pose.held_force, device->given.force, sizeof device->given.force);
         if (is_fault(device->driver->read(device->handle, d->core.t, &device->pose))) {
             return fail_device(m, d, k);
@@ -224,7 +224,7 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     }
     d->device[k].driver = driver;
     d->device[k].handle = handle;
-    d->device[k].pose = resting;
+    d->device[k].pose = resting_pose;
     d->device[k].given = (bgc_effort){{0.0}, {0.0}, {0.0}};
     return BGC_OK;
 }

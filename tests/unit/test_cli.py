@@ -269,7 +269,7 @@ def script(built: Built, tmp_path: Path) -> list[str]:
         from pathlib import Path
         from bgc.building.build_result import Built, RunFacts
         from bgc.runtime import cli
-        from bgc.runtime.running import compiling
+        from bgc.runtime.running import model_loading
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
         model_loading.load_or_compile = lambda *_, **__: Built(Path({str(built.library)!r}), facts)
         print("ready", flush=True)

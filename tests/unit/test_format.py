@@ -206,6 +206,7 @@ def test_value_keeps_its_meaning(value: str) -> None:
         "model A // c\n { port p // d\n ; }",
         "import a /* b */ . c ; /// no doc\n/// doc\n\nmodel A { }",
         "model A {\r\n  port p;\r\n}\r\n",
+        "model A { when /* c */ x > 0 { reset y = 1; } sample // d\n T { next /* e */ (i) = 1; } }",
     ],
 )
 def test_comments_stay(text: str) -> None:
