@@ -39,7 +39,7 @@ GUIDES: tuple[Group, ...] = (topics.GROUP, chapters.GROUP)
 
 _IN_NAME, _IN_SUMMARY = 16.0, 4.0  # what a word counts there; in a text, less than 2
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")  # where a word of a part's name begins
-_SHORTEST = 3  # letters of words that are searched for
+_SHORTEST_WORD = 3  # letters of words that are searched for
 _MOST_NAMED = 100  # names of a group in the list of all
 _MOST_FOUND = 30  # names that mention some words
 
@@ -73,7 +73,7 @@ def answer(name: str, groups: Sequence[Group], guides: Sequence[Group] = ()) -> 
         return found
     searched = (*groups, *guides)
     known = names(searched)
-    listed, closely = search(name, searched) if len(name) >= _SHORTEST else ({}, False)
+    listed, closely = search(name, searched) if len(name) >= _SHORTEST_WORD else ({}, False)
     if listed and (closely or not did_you_mean(name, known)):
         title = f"names that mention `{name}`, the closest first"
         return (Entry("list", title, "", (rows_of(listed),)),)

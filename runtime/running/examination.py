@@ -17,7 +17,7 @@ from bgc.runtime.running.simulate import rounding_warnings
 from bgc.runtime.running.subtolerance import is_repeatable
 
 _ONE_IN = 32  # instances of the ensemble
-_MOST = 8
+_MOST_EXAMINED = 8
 
 
 def examine(work: Work) -> None:
@@ -25,7 +25,7 @@ def examine(work: Work) -> None:
     subtolerance = sorted(work.subtolerance & work.completed)
     if work.stopping or not subtolerance or work.method.fixed or not is_repeatable(work.model):
         return
-    count = min(len(subtolerance), _MOST, -(-len(work.cases) // _ONE_IN))
+    count = min(len(subtolerance), _MOST_EXAMINED, -(-len(work.cases) // _ONE_IN))
     places = np.linspace(0, len(subtolerance) - 1, count).round().astype(int).tolist()
     note = ""
     if count < len(subtolerance):

@@ -11,7 +11,7 @@ from bgc.building.cache import file_digest
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.loaded_model import LoadedModel
 
-_LARGEST = 256_000_000  # bytes that the driver `trace` reads
+_LARGEST_TRACE = 256_000_000  # bytes that the driver `trace` reads
 _PRESENT: Mapping[str, float] = MappingProxyType({})
 
 
@@ -47,7 +47,7 @@ def device_files(model: LoadedModel) -> list[tuple[str, Path]]:
             path = model.folder / value
             with suppress(OSError, ValueError):
                 # A pipe or a device may never end; files of /proc state no size.
-                if key == "file" and path.is_file() and 0 < path.stat().st_size <= _LARGEST:
+                if key == "file" and path.is_file() and 0 < path.stat().st_size <= _LARGEST_TRACE:
                     found.append((value, path))
     return found
 

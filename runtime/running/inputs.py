@@ -35,7 +35,9 @@ Inputs: TypeAlias = Mapping[str, InputValue]
 """Values of inputs by their paths: a constant, a pair of times (s) and values, or a function of
 the time in s; `{"road": ([0, 1], [0, "5 cm"])}`."""
 
-_MOST = 10_000  # values of one component: the components of the longest vector of the language
+_MOST_KNOTS = (
+    10_000  # values of one component: the components of the longest vector of the language
+)
 _A_LINE = 8  # numbers
 _ROUNDING = 1e-9  # of the duration
 
@@ -86,7 +88,7 @@ def values_of_pair(name: str, times: Array, pair: tuple[Any, Any]) -> list[Any]:
 
 def check_times(name: str, times: Array, end: float) -> None:
     """Raise BG261 for times that do not rise or are too many, BG262 for a run beyond them."""
-    if not 2 <= len(times) <= _MOST:
+    if not 2 <= len(times) <= _MOST_KNOTS:
         raise BgError([input_times(name, f"are {len(times)}")])
     if not np.isfinite(times).all():
         raise BgError([input_times(name, "are not all finite")])

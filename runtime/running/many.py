@@ -45,7 +45,7 @@ from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.run_warnings import negative_among
 from bgc.values.shown_units import Shown, shown_by
 
-_FEWEST = 4  # instances from which on compiling for batches pays
+_FEWEST_INSTANCES = 4  # instances from which on compiling for batches pays
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +210,7 @@ def why_alone(model: LoadedModel, method: Solver, count: int, vectorised: bool) 
         "the model is so large that its matrix is factorised in loops": not (
             model.library.has_lane_factors or (solver and not solver.family.jacobian)
         ),
-        f"{counted(count, 'instance')} {verb} too few to compile for": count < _FEWEST,
+        f"{counted(count, 'instance')} {verb} too few to compile for": count < _FEWEST_INSTANCES,
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
 

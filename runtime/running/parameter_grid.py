@@ -18,8 +18,8 @@ from bgc.runtime.running.quantity import read_quantity
 
 DESIGNS = ("latin", "sobol", "saltelli")
 
-_COUNT = 10  # default number of values of a range
-_MOST = 1_000_000  # instances of a sweep
+_DEFAULT_VALUES = 10  # default number of values of a range
+_MOST_INSTANCES = 1_000_000  # instances of a sweep
 _MOST_DIGITS = 18  # of a count that a message shows; Python refuses to read 4,301
 
 
@@ -47,7 +47,7 @@ class Range:
     name: str
     low: float
     high: float
-    count: int = _COUNT
+    count: int = _DEFAULT_VALUES
     log: bool = False
 
     def values(self) -> Array:
@@ -118,9 +118,9 @@ def read_range(text: str, parameters: Parameters) -> Range:
     first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
     if log and not (first > 0 and last > 0):
         raise BgError([bad_range(text, "a logarithmic range begins and ends above 0")])
-    if len(count) > _MOST_DIGITS or (colon and int(count) > _MOST):
-        raise BgError([too_many_instances(int(count[:_MOST_DIGITS]), _MOST)])
-    return Range(name, first, last, int(count) if colon else _COUNT, log)
+    if len(count) > _MOST_DIGITS or (colon and int(count) > _MOST_INSTANCES):
+        raise BgError([too_many_instances(int(count[:_MOST_DIGITS]), _MOST_INSTANCES)])
+    return Range(name, first, last, int(count) if colon else _DEFAULT_VALUES, log)
 
 
 def points(
@@ -154,8 +154,8 @@ def points(
     count = given * math.prod(len(each.values()) for each in axes)
     if sample is not None:
         count = sample * (len(axes) + 2) if design == "saltelli" else sample
-    if count > _MOST:
-        raise BgError([too_many_instances(count, _MOST)])
+    if count > _MOST_INSTANCES:
+        raise BgError([too_many_instances(count, _MOST_INSTANCES)])
     if sample is None:
         return grid(axes, cases)
     if design == "latin":

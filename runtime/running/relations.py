@@ -20,10 +20,10 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.rest_algebra import svd
 from bgc.runtime.running.structures import Status
 
-_LEAST = 1e-12  # of scaled rows and singular values: what is below counts as zero
+_ZERO_PART = 1e-12  # of scaled rows and singular values: what is below counts as zero
 _ACCURACY = 1e-12  # of a step along a path, in scales
 _LONGEST_PATH = 2000  # steps
-_SHORTEST = 1e-6  # step, in terms of the path
+_SHORTEST_STEP = 1e-6  # step, in terms of the path
 _NEARBY = 1e-3  # distance of a second point, in scales
 
 # Stages, and the difference of orders: J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6, 1980.
@@ -73,7 +73,7 @@ class Relations:
         slope = self.slope(still)[self.rows]
         moved = slope[:, self.momenta]
         size = np.abs(moved).max(axis=1, initial=0.0)
-        return moved, np.abs(slope[:, self.others]).max(axis=1, initial=0.0) <= _LEAST * size
+        return moved, np.abs(slope[:, self.others]).max(axis=1, initial=0.0) <= _ZERO_PART * size
 
     def _begin(self, y: Array) -> None:
         """Leave out what the momenta move neither at y nor at a point near to it."""
@@ -97,7 +97,7 @@ class Relations:
         moved = self._present(y)
         found = np.zeros(len(y))
         if self.rows.size:
-            found[self.momenta] = np.linalg.lstsq(moved, -rates[self.rows], rcond=_LEAST)[0]
+            found[self.momenta] = np.linalg.lstsq(moved, -rates[self.rows], rcond=_ZERO_PART)[0]
         return found
 
     def gradients(self, y: Array) -> Array:
@@ -110,7 +110,7 @@ class Relations:
         rows = moved / size[:, None]
         columns = np.abs(rows).max(axis=0)
         left, values, _ = svd(rows[:, columns > 0] / columns[columns > 0])
-        rank = int((values > _LEAST * values.max(initial=0.0)).sum())
+        rank = int((values > _ZERO_PART * values.max(initial=0.0)).sum())
         found = np.zeros((len(self.rows) - rank, len(y)))
         if len(found):
             found[:, self.rows] = orthonormal(left[:, rank:] / size[:, None]).T
@@ -146,12 +146,12 @@ class Relations:
                 return self.reached(begin, target)
             error = part * sum(w * k for w, k in zip(_ERRORS, slopes, strict=True))
             size = float(np.abs(error).max(initial=0.0)) / _ACCURACY
-            if size <= 1 or part <= _SHORTEST:
+            if size <= 1 or part <= _SHORTEST_STEP:
                 y, first, gone = after, slopes[-1], gone + part
                 if gone >= 1:
                     return y, True
             part *= min(5.0, max(0.2, 0.9 * max(size, 1e-10) ** -0.2))
-            part = min(max(part, _SHORTEST), 1 - gone)
+            part = min(max(part, _SHORTEST_STEP), 1 - gone)
         return y, False
 
 

@@ -27,7 +27,7 @@ from bgc.runtime.running.inputs import (
 )
 from bgc.runtime.running.quantity import read_number
 
-_MOST = 10_000  # numbers of one component: the times of all runs
+_MOST_NUMBERS = 10_000  # numbers of one component: the times of all runs
 _UNIT = 1  # the part of a text such as "2 kN" behind its number
 
 
@@ -65,7 +65,7 @@ def _drive(name: str, values: Sequence[InputValue], rows: Array) -> str:
         knots, method = np.unique(np.concatenate(times)), "linear"
     else:
         knots, method = np.zeros(1), "linear"
-    if len(knots) * len(values) > _MOST:
+    if len(knots) * len(values) > _MOST_NUMBERS:
         raise BgError([too_many_inputs(name, len(knots), len(values))])
     units: dict[str, None] = {}
     tables = []

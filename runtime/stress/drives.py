@@ -48,7 +48,7 @@ _EXTREMES = (5e-324, 1e-300, 1e300, 1.7976931348623157e308)
 _STEPS = (1e-6, 1e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
 _DECADES = 3.0  # from which on a range is spaced logarithmically
 _EVEN = 9  # values of a narrower range
-_MOST = 16  # values of a wider range
+_MOST_RANGE_VALUES = 16  # values of a wider range
 
 
 def is_extreme(value: float) -> bool:
@@ -306,7 +306,7 @@ def _spread(low: float, high: float, count: int | None) -> tuple[float, ...]:
         return (0.0, *(high * 10.0**-k for k in range(6, -1, -1)))
     decades = math.log10(high) - math.log10(low) if low > 0 else 0.0
     if decades >= _DECADES:
-        number = count or min(round(decades) + 1, _MOST)
+        number = count or min(round(decades) + 1, _MOST_RANGE_VALUES)
         exponents = np.linspace(math.log10(low), math.log10(high), number)
         return tuple(float(f"{10.0**x:.12g}") for x in exponents)
     return tuple(np.linspace(low, high, count or _EVEN).tolist())

@@ -21,7 +21,7 @@ from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.structures import Status
 
-_MOST = 400  # states: with more, eigenvalues take too long
+_MOST_STATES = 400  # states: with more, eigenvalues take too long
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ def ringing_at_start(model: LoadedModel, duration: float) -> tuple[Ringing, ...]
     """
     try:
         with model.started(Solver("rodas5p"), accounts=False) as instance:
-            return _modes(instance, duration) if len(instance.state) <= _MOST else ()
+            return _modes(instance, duration) if len(instance.state) <= _MOST_STATES else ()
     except (BgError, np.linalg.LinAlgError):
         return ()
 

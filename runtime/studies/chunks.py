@@ -17,7 +17,7 @@ from bgc.runtime.running.many import Plan
 
 BATCH = 8  # cases that stay together: a multiple of the instances of a batch on every machine
 SECONDS = 1.0  # of processor time that a chunk is to take on each thread
-_LARGEST = 65536  # cases of a chunk
+_LARGEST_CHUNK = 65536  # cases of a chunk
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ class Waiting:
         wanted = BATCH * workers
         if self._each > 0:
             wanted = int(SECONDS * workers / self._each)
-        blocks = max(1, min(wanted, _LARGEST) // BATCH)
+        blocks = max(1, min(wanted, _LARGEST_CHUNK) // BATCH)
         begin = self._starts[self._next]
         taken = 0
         while taken < blocks and self:

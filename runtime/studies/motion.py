@@ -18,7 +18,7 @@ from bgc.runtime.results.result import Result
 from bgc.runtime.running.csv_tables import factor, read_columns
 from bgc.runtime.running.loaded_model import LoadedModel, Variable
 
-_LARGEST = 1e100  # value: sums of its squares, weighted, are far from the largest double
+_LARGEST_VALUE = 1e100  # value: sums of its squares, weighted, are far from the largest double
 
 Motion: TypeAlias = str | Path | Result | Mapping[str, Array]
 """A CSV file with the column `time`, a result, or columns by name (SI)."""
@@ -119,7 +119,7 @@ def _fitted(values: Array, name: str, unit: str, variable: Variable) -> Array:
     """A recorded column in the unit of the observed one; BG479 for values without a square."""
     converted = values * _into(unit, name, variable)
     largest = float(np.abs(converted[np.isfinite(values)]).max(initial=0.0))
-    if largest > _LARGEST:
+    if largest > _LARGEST_VALUE:
         reason = f"`{name}` has a value of {largest:.3g}, whose square is no longer a number"
         raise BgError([cannot_fit(reason, "correct the value or its unit")])
     return converted

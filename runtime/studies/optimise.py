@@ -37,7 +37,7 @@ _GAIN = 1e-6  # relative gain of a pass from which on another one follows
 _PASSES = 40
 _NARROWEST = 1e-4  # share of a range to which steps are limited beside designs that fail
 _WIDEST = 1e100  # of a range: differences of larger numbers overflow
-_FAR = 10.0  # scaled distance of a failed design from the last good one
+_FAILED_DISTANCE = 10.0  # scaled distance of a failed design from the last good one
 _PEOPLE = 10  # designs of a generation for each parameter
 
 
@@ -122,7 +122,7 @@ class _Problem:
         assert self._last is not None
         self.refused += 1
         losses, margins = self._last
-        return losses + _FAR, margins
+        return losses + _FAILED_DISTANCE, margins
 
     def slopes(self, u: Array) -> tuple[Array, Array] | None:
         """Derivatives of losses, (coordinates, cases), and of margins; None where the run fails."""
@@ -330,7 +330,7 @@ def _evolve(problem: _Problem, start: Array, search: Search) -> bool:
 
     def worst_margins(points: Array) -> Array:
         columns = [
-            np.full(len(problem.criteria), -_FAR) if each is None
+            np.full(len(problem.criteria), -_FAILED_DISTANCE) if each is None
             else problem.margins(each).min(axis=0)
             for each in values(points)
         ]  # fmt: skip

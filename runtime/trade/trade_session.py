@@ -32,7 +32,7 @@ _MOST_PACED = 12  # configurations that are tried for the deadline
 # Shares of the remaining budget that are reserved: for repetitions, and with variants.
 FOR_REPETITIONS, FOR_VARIANTS = 0.25, 0.6
 _SAME = 0.01  # relative difference of errors and step counts that are considered equal
-_NEAR = 1.2  # times the time of a configuration on the front: within noise of it
+_TIME_MARGIN = 1.2  # times the time of a configuration on the front: within noise of it
 
 
 @dataclass
@@ -337,7 +337,7 @@ def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Config
         for row in rows
         if row.done
         and any(
-            row.cpu <= _NEAR * other.cpu
+            row.cpu <= _TIME_MARGIN * other.cpu
             and combined(row.errors, target.quantities) <= max(target.error(other), target.floor)
             for other in on_front
         )

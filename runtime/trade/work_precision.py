@@ -21,16 +21,16 @@ from bgc.runtime.trade.trade_tables import letter
 _MARKERS = "osD^vPX<>ph8"
 # Those of other plots, and five of Tol's, so that no two methods share one.
 _LINE_COLOURS = (*COLOURS, "#882255", "#999933", "#332288", "#44AA99", "#661100", "#888888")
-_SIZE = (9.0, 6.0)  # inches
+_FIGURE_INCHES = (9.0, 6.0)  # inches
 _BEYOND = 1e4  # times the limit: larger errors are not drawn
-_LEAST = 1e-17
+_LEAST_DRAWN_ERROR = 1e-17
 
 
 def plot_trade(trade: TradeResult, path: Target = None) -> Figure:
     """Draw a trade; write the figure if a path is given."""
     if not any(row.done for row in trade.measurements):
         raise BgError([nothing_to_draw("no configuration completed the run")])
-    with picture(path, *_SIZE) as figure:
+    with picture(path, *_FIGURE_INCHES) as figure:
         _draw(figure.add_subplot(), trade)
     return figure
 
@@ -106,7 +106,7 @@ def _lines(trade: TradeResult) -> dict[tuple[str, int, Variant], list[Measuremen
 
 
 def _height(trade: TradeResult, row: Measurement) -> float:
-    return max(trade.target.error(row), _LEAST)
+    return max(trade.target.error(row), _LEAST_DRAWN_ERROR)
 
 
 def _draw_front(trade: TradeResult, axes: Any) -> None:
@@ -142,10 +142,10 @@ def _draw_limits(trade: TradeResult, axes: Any) -> None:
     target = trade.target
     what = "require" if target.required else f"{target.limit:g} of the range"
     axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)
-    floor, bottom = max(AT_THE_REFERENCE * target.floor, _LEAST), axes.get_ylim()[0]
+    floor, bottom = max(AT_THE_REFERENCE * target.floor, _LEAST_DRAWN_ERROR), axes.get_ylim()[0]
     if floor > bottom:
         label = "accuracy of the reference"
-        axes.axhspan(_LEAST * 1e-3, floor, color="0.5", alpha=0.12, label=label)
+        axes.axhspan(_LEAST_DRAWN_ERROR * 1e-3, floor, color="0.5", alpha=0.12, label=label)
         axes.set_ylim(bottom=bottom)
     low, high = axes.get_xlim()
     if low < 1.0 < 3 * high:
