@@ -98,10 +98,10 @@ class Option:
         return bad_option(name, value, self._allowed(), example, span)
 
     def _allowed(self) -> str:
-        number = self.number or ("a whole number" if self.kind is int else "a positive number")
-        if self.low:
-            return f"{number}, between {self.low:g} and {self.high:g}"
-        return number if math.isinf(self.high) else f"{number} up to {self.high:g}"
+        limit = f", between {self.low:g} and {self.high:g}" if self.low else f" up to {self.high:g}"
+        return (self.number or f"a positive {'whole ' * (self.kind is int)}number") + (
+            "" if math.isinf(self.high) else limit
+        )
 
 
 def option(doc: str, *, of: Any = 0.0, **facts: Any) -> Any:

@@ -11,6 +11,7 @@ from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.build_result import RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
+    bad_option,
     option_not_served,
     step_needed,
     unknown_solver,
@@ -73,7 +74,7 @@ def choose_method(
     method of the other kind. `backends` are external solvers that may be chosen too.
 
     Raises BgError: BG044 for an option that the method does not have, BG071 for an unknown solver,
-    BG072 for a fixed-step method without a step.
+    BG072 for a fixed-step method without a step, BG066 for a least step above the longest.
     """
     own = facts.solver
     name = given.name or own.name
@@ -89,6 +90,10 @@ def choose_method(
     for option in intended:
         if option not in method.served:
             raise BgError([option_not_served(name, option, method.fixed, method.served)])
+    if 0.0 < (longest := method.max_step) < method.min_step:
+        raise BgError(
+            [bad_option("min_step", method.min_step, f"at most `max_step`, {longest:g}", "1e-9")]
+        )
     lost = _options_of_other_kind(own, method.fixed) - given.given.keys()
     kept = {o: value for o, value in wanted.items() if o in method.served and o not in lost}
     method = Solver(name, start=given.start, **kept)

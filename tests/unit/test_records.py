@@ -22,7 +22,6 @@ from bgc.language.solver import SOLVER_OPTIONS, Solver, SolverKeywords
 from bgc.reference.word_entries import solver_options
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
-from bgc.runtime.running.arguments import read_solver
 
 CHAPTER = Path(__file__).parents[2] / "grammar/manual/reference/solvers.md"
 TABLE = re.compile(r"(?sm)(?<=^<!-- options of a solver: )(.*?-->\n)(.*?)(?=^<!-- end -->)")
@@ -72,11 +71,26 @@ def test_functions_show_and_explain_each_keyword(function) -> None:
 
 
 def test_an_unknown_keyword_is_refused_with_the_nearest(tmp_path: Path) -> None:
-    with pytest.raises(TypeError, match="`rtoll`; did you mean `rtol`"):
-        read_solver({"rtoll": 1e-6})
     model = bgc.compile(Path(__file__).parents[1] / "models/duffing.bg")
-    with pytest.raises(TypeError, match="unexpected keyword argument `max_stepp`"):
-        model.simulate(1.0, max_stepp=1.0)
+    for wrong, right in (("rtoll", "rtol"), ("duraton", "duration")):
+        message = rf"`simulate` got .* keyword argument `{wrong}`; did you mean `{right}`"
+        with pytest.raises(TypeError, match=message):
+            model.simulate(**{wrong: 1.0})
+
+
+def test_a_least_step_above_the_longest_is_refused() -> None:
+    model = bgc.compile(Path(__file__).parents[1] / "models/duffing.bg")
+    with pytest.raises(
+        bgc.BgError, match=r"`min_step` is 0\.002, which is not at most `max_step`, 0\.001"
+    ):
+        model.simulate("1 s", min_step="2 ms", max_step="1 ms")
+
+
+@pytest.mark.parametrize("value", [0, -3, 2.5, 1001])
+def test_a_number_of_parts_says_what_it_may_be(value: float) -> None:
+    problem = SOLVER_OPTIONS["substeps"].problem("substeps", value)
+    assert problem is not None
+    assert problem.message.endswith("which is not a positive whole number up to 1000")
 
 
 @pytest.mark.parametrize("name", SOLVER_OPTIONS)

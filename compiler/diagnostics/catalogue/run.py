@@ -22,7 +22,8 @@ def _few(words: str, states: Sequence[str]) -> str:
 
 @error(
     "BG701: at t = {time:.9g} s no step is small enough for the tolerance{state}",
-    _FASTEST + "; loosen `rtol` if it is close to rounding (1e-15)",
+    _FASTEST + "; loosen `rtol` if it is close to rounding (1e-15), or shorten `min_step` "
+    "if it is given",
 )
 def step_too_small(time: float, state: str | None) -> Values:
     return {"state": _state(state)}
