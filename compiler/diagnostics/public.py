@@ -12,6 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.render import render
+from bgc.diagnostics.words import did_you_mean
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -33,13 +34,19 @@ def public_function(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
     The error keeps its diagnostics and gets their rendered form as a note, which Python prints
     below the traceback. With `BGC_DEBUG` set the traceback is whole. An argument that is to be a
-    text, a mapping or an integer, and is not, is a TypeError that names it.
+    text, a mapping or an integer, and is not, is a TypeError that names it, and so is an unknown
+    keyword.
     """
     names, checks = _checks(function)
 
     @wraps(function)
     def outer(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
+            if name not in names:
+                raise TypeError(
+                    f"`{function.__name__}` got an unexpected keyword argument `{name}`; "
+                    + (did_you_mean(name, names) or "see `help`")
+                )
             if name in checks and not isinstance(value, checks[name][0]):
                 kind, wanted = type(value).__name__, checks[name][1]
                 raise TypeError(f"`{name}` has the type {kind}, where {wanted} is expected")

@@ -20,6 +20,7 @@ from bgc.diagnostics.catalogue.realtime import (
     thread_left,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.public import public_function
 from bgc.language.solver import Solver, SolverKeywords
 from bgc.runtime.realtime.course import (
     Course,
@@ -267,6 +268,7 @@ class Realtime:
 
     # --- another model -------------------------------------------------------------------------
 
+    @public_function
     @with_solver_keywords
     def exchange(
         self,

@@ -8,7 +8,6 @@ import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.records import Where, options_of
@@ -29,23 +28,17 @@ def read_solver(given: Mapping[str, Any]) -> Solver:
     """Read `SolverKeywords`.
 
     Raises BgError: BG066 for a value out of its range, BG062, BG063 or BG790 for one that is no
-    number of its unit; TypeError for an unknown keyword.
+    number of its unit. The doors refuse unknown keywords (`bgc.diagnostics.public`).
     """
-    known = {
-        option.keyword: (name, option) for name, option in options_of(Solver, Where.PYTHON).items()
-    }
     values: dict[str, Any] = {}
-    for keyword, value in given.items():
-        if keyword not in known:
-            hint = did_you_mean(keyword, known) or "see `help`"
-            raise TypeError(f"unexpected keyword argument `{keyword}`; {hint}")
-        name, option = known[keyword]
+    for name, option in options_of(Solver, Where.PYTHON).items():
+        keyword = option.keyword
+        value: Any = given.get(keyword)
         if option.kind is bool and value not in _STARTS:
             raise BgError([bad_option(keyword, value, "`rest` or `given`", "rest")])
         if value is None:
             continue
-        if option.kind is float:
-            value = in_si(value, keyword, option.unit or "")
+        value = in_si(value, keyword, option.unit or "") if option.kind is float else value
         if option.kind in (float, int) and (problem := option.problem(keyword, value)):
             raise BgError([problem])
         values[name] = value
