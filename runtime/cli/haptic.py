@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.command_server import announcing, prepare_serving, serving_beside
 from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
-from bgc.runtime.cli.options import ASSIGNED, SECONDS, Devices, SceneOptions, SolverOptions
+from bgc.runtime.cli.options import ASSIGNED, SECONDS, TABLE, Devices, SceneOptions, SolverOptions
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 from bgc.runtime.cli.realtime import LimitOptions, follow, print_couplings
 from bgc.runtime.running.device_drivers import read_choices
@@ -31,7 +31,7 @@ def haptic(
     method: SolverOptions,
     record: Annotated[
         str | None,
-        option("Record the motion: .csv, which `trace` replays.", metavar="FILE"),
+        option("Record the motion: .csv, which `trace` replays.", type=TABLE, metavar="FILE"),
     ],
     exchanges: Annotated[
         tuple[str, ...],

@@ -98,7 +98,7 @@ class Recorder:
         self.paths = [
             path.with_stem(f"{path.stem}_{name}") if several else path for name in devices
         ]
-        self.problem: tuple[str, str] | None = None
+        self.problem = None if devices else (str(path), "the scene has no device")
         self._files: list[FileIO] = []
         self._whole: list[int] = []  # bytes of whole rows in each
         self._guarded(str(path), self._open)

@@ -288,3 +288,16 @@ def test_keys_exchange_the_scenes_of_the_command(
     assert menu.line() == "1 s, 2 heavier, 3 limit=11; n next"
     names = [f"motion{suffix}.csv" for suffix in ("", "_2", "_3", "_4")]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
+
+
+def test_a_scene_without_a_device_has_nothing_to_record(tmp_path: Path) -> None:
+    scene = tmp_path / "alone.bg"
+    scene.write_text(
+        "model M { state x = 1; der(x) = -x; } scene s of M { observe x; step 1 ms; run 1 s; }"
+    )
+    command = ["haptic", str(scene), "--time", "20 ms", "--watchdog", "0 s", "--record"]
+    done = CliRunner().invoke(application, [*command, str(tmp_path / "motion.csv")])
+    assert done.exit_code == 0 and "BG768" in done.output and "no device" in done.output
+    assert list(tmp_path.iterdir()) == [scene]
+    done = CliRunner().invoke(application, [*command, str(tmp_path / "motion.txt")])
+    assert done.exit_code == 1 and "BG070" in done.output
