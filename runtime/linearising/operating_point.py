@@ -14,8 +14,7 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.building.build_result import run_facts
 from bgc.building.cache import digest_of, open_cache
-from bgc.diagnostics.catalogue.analysis import no_equilibrium
-from bgc.diagnostics.catalogue.samples import steady_of_sampled
+from bgc.diagnostics.catalogue import analysis, run, samples
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
@@ -138,7 +137,7 @@ class OpenedModel:
         BG772 in a model with sampled parts, whose values would have to be found too.
         """
         if self.opened.program.held:
-            raise BgError([steady_of_sampled([h.name for h in self.opened.program.held])])
+            raise BgError([samples.steady_of_sampled([h.name for h in self.opened.program.held])])
         point = self.at_start()
         every = np.ones(len(point.state), dtype=bool)
         block = _Block(self, point, every, every)
@@ -162,6 +161,8 @@ class OpenedModel:
         n, p, m = len(program.states), len(program.observations), len(opened.inputs)
         by_state = self._matrix(self._form.by_state, (n + p, n), point)
         by_input = self._matrix(self._form.by_input, (n + p, m), point)
+        if not np.isfinite(by_state).all() or not np.isfinite(by_input).all():
+            raise BgError([run.not_finite(point.time, None)])
         follow, free = self.coordinates(point)
         A, B, C, D, E, left = without_algebraic(
             by_state[free] @ follow,
@@ -320,5 +321,5 @@ class _Block:
             worst = int(np.flatnonzero(self._rows)[np.argmax(np.abs(remaining))])
             state = self._model.opened.program.states[worst]
             rate = float(np.abs(remaining).max() * self._model.scale[worst])
-            raise BgError([no_equilibrium(state.name, rate, state.unit)])
+            raise BgError([analysis.no_equilibrium(state.name, rate, state.unit)])
         return self._moved(y)

@@ -355,3 +355,13 @@ def test_large_matrices_are_shown_in_part(tmp_path):
     assert {len(row) for row in short[1].rows} == {1 + 8 + 1} and "16 x 16" in short[1].note
     assert {len(row) for row in full[1].rows} == {1 + 16} and full[1].note == ""
     assert len(full[-1].rows) == len(lin.modes())
+
+
+def test_a_model_that_is_not_finite_at_the_point_is_refused(tmp_path):
+    text = """
+    model M { param k = 1; state x = 1; der(x) = -x/k; }
+    scene s of M { observe x; keep k; run 1 s; }
+    """
+    with pytest.raises(BgError) as caught:
+        linear(tmp_path, text.replace("k = 1", "k = 0"), ["k"], ["x"])
+    assert code_of(caught) == "BG703"
