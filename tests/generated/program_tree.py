@@ -1,7 +1,7 @@
 """Programs of the language as trees: models with their statements, expressions, scenes.
 
-The tree is what the generator draws. `program_text.py` writes it as text, `flattening.py` makes raw
-equations of it. Neither uses anything of the compiler.
+The tree is what the generator draws. `program_text.py` writes it as text, `raw_equations.py`
+makes raw equations of it. Neither uses anything of the compiler.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The kinds of storage: independent storage is integrated, dependent storage is merged.
 
 A compliance whose flow the rest of the graph determines keeps its own charge as a state; an inertia
-alone on an independent flow keeps its own momentum. All others are merged (`inertias/merge.py`,
-`motions/merge.py`).
+alone on an independent flow keeps its own momentum. All others are merged
+(`inertias/merged_inertias.py`, `motions/merged_motions.py`).
 """
 
 from __future__ import annotations
