@@ -48,7 +48,7 @@ def from_json(kind: Any, value: Any, texts: Mapping[str, str] = _NO_TEXTS) -> An
         return tuple(from_json(*pair, texts) for pair in zip(kinds, value, strict=True))
     if isinstance(kind, type) and is_dataclass(kind):
         hints = _hints_of(kind)
-        read = {name: from_json(hints[name], part, texts) for name, part in value.items()}
+        read = {name: from_json(hints[name], part, texts) for name, part in {**value}.items()}
         return kind(**read)
     if issubclass(kind, Enum):
         return kind(value)

@@ -162,6 +162,7 @@ def test_a_note_of_the_cache_gives_back_what_was_written() -> None:
         lambda note: note.update(unknown=1),
         lambda note: note["solver"].update(keep=2.5),
         lambda note: note["solver"].update(rtol="1e-6"),
+        lambda note: note.update(solver=[]),
         lambda note: note["rest"].update(momenta=["x"]),
         lambda note: note.update(plots=3),
         lambda note: note.update(timed=None),
