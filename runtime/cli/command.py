@@ -152,7 +152,7 @@ def _click_type(kind: Any) -> Any:
     return click.Path(path_type=Path) if kind is Path else kind
 
 
-class Value(click.ParamType[Any]):
+class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 alone
     """A number with or without a unit, as an SI value of a given unit."""
 
     def __init__(self, unit: str) -> None:
@@ -174,7 +174,7 @@ class Values(Value):
         return [super(Values, self).convert(part, param, ctx) for part in parts if part] or None
 
 
-class Pair(click.ParamType[Any]):
+class Pair(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 alone
     """Two texts with a sign between them; `refused` says what is wrong where one is missing."""
 
     def __init__(self, refused: Callable[[str], Diagnostic], sign: str = "=") -> None:
@@ -189,7 +189,7 @@ class Pair(click.ParamType[Any]):
         return first, second
 
 
-class Target(click.ParamType[Any]):
+class Target(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 alone
     """A file to write, of one of the given kinds; `-` among these is standard output."""
 
     name = "file"
