@@ -23,6 +23,7 @@ from bgc.reference import library_entries
 from bgc.reference.entry import Block, Code, Entry, Heading, Text, first_sentence
 from bgc.resolution.library import library_modules, module_path
 
+_LIBRARY = Path(__file__).parents[1] / "library"
 APPLICATIONS = ("examples", "scenes")  # folders whose models are not parts for others
 _INTRO = """\
 # The library
@@ -61,8 +62,8 @@ def _listed() -> Iterator[str]:
             yield from (f"## {folder}", "")
         summary, file = library_entries.GROUP.summaries()[module], file_of(module)
         yield from (f"### {module}", "", f"[{file}]({file}): {_prose(summary)}", "")
-        if module_path(module).with_suffix(".jpg").is_file():
-            picture = file.replace(".bg", ".jpg")
+        picture = file.replace(".bg", ".jpg")
+        if (_LIBRARY / picture).is_file():  # of the checkout: the wheel carries no such pictures
             yield from (f"![A scene of {module}]({picture})", "")
         parts = [
             d for d in library_entries.declarations() if d.module == module and holds_parts(module)
