@@ -1,4 +1,4 @@
-"""What the site needs, checked before a scene runs: one message for each that is missing."""
+"""Check packages and programs that the site needs, before a scene runs: a message for each."""
 
 from __future__ import annotations
 

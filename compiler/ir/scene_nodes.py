@@ -1,4 +1,4 @@
-"""What a scene requires of its model and which devices it opens, with nodes of the DAG."""
+"""Requirements and devices of a scene, with nodes of the DAG."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Form(Enum):
 
 
 class Family(Enum):
-    """What an element does with power: the passes treat the elements of a family alike."""
+    """The family of an element by what it does with power; passes treat a family alike."""
 
     SOURCE = "source"
     STORAGE = "storage"

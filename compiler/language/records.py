@@ -39,7 +39,7 @@ class Where(Flag):
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """What is known of a value that users may give.
+    """An option that users may give: its meaning, unit, range and places.
 
     Attributes
     ----------

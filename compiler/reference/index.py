@@ -134,7 +134,7 @@ def _pattern(word: str) -> re.Pattern[str]:
 
 
 def _weight(word: re.Pattern[str], name: str, summary: str, body: str) -> float:
-    """What a word counts for an entry, 0 where the entry does not mention it."""
+    """The score of an entry for a word, 0 where the entry does not mention it."""
     if word.search(_CAPITAL.sub(" ", name)):
         return _IN_NAME
     if word.search(summary):

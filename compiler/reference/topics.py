@@ -1,4 +1,4 @@
-"""What users look for under other names, and what to do where bgc has no such thing.
+"""Topics: words of other tools, each with its place here or with a way to do without.
 
 The table is a page of the manual, `grammar/manual/topics.md`.
 """

@@ -120,7 +120,7 @@ class Element:
 
     @property
     def is_gyristor(self) -> bool:
-        """Whether a gyrator has bonds into it only, with a law in place of the ratio (eq. 13)."""
+        """True for a gyrator whose bonds all point into it, with a law for the ratio (eq. 13)."""
         by_law = bool(self.law) and not self.use.arguments
         return self.basic == "GY" and by_law and not self.faces["out"].joints
 
