@@ -65,14 +65,7 @@ class Hands:
         """
         if name not in self._held:
             self._take(instance, name)
-        turned = np.asarray(pose.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
-        words = pose_words(
-            pose["position"],
-            turned / np.linalg.norm(turned),
-            gripper=pose.get("gripper", 0.0),
-            buttons=pose.get("buttons", ()),
-        )
-        instance.feed_pointer(self.names.index(name), words)
+        instance.feed_pointer(self.names.index(name), pose_words(**pose_in(pose)))
 
     def leave(self, instance: Instance, name: str) -> None:
         """Open the scene's own driver again. Raises BgError where that fails."""
@@ -100,6 +93,17 @@ class Hands:
         if status is not Status.OK:
             reason = quotable(message)
             raise BgError([device_not_opened(device.name, device.driver, reason)])
+
+
+def pose_in(message: Mapping[str, Any]) -> dict[str, Any]:
+    """The pose in a message of a page, as the arguments of `pose_words` and of a loop's pointer."""
+    turned = np.asarray(message.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
+    return {
+        "position": message["position"],
+        "orientation": turned / np.linalg.norm(turned),
+        "gripper": message.get("gripper", 0.0),
+        "buttons": message.get("buttons", ()),
+    }
 
 
 def device_names(model: LoadedModel) -> list[str]:

@@ -6,17 +6,13 @@ go to its pointers without waiting.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
-from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Final
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.view import aside_failed
-from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.realtime.course import Course
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.loop_records import rows_of
@@ -25,18 +21,18 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.poses import FED
-from bgc.runtime.view.aside import Answer
+from bgc.runtime.view.hands import pose_in
 from bgc.runtime.view.history import as_rows
 from bgc.runtime.view.part_exchange import Exchange, carried
-from bgc.runtime.view.player import Publish, described_bug, described_fault
 from bgc.runtime.view.scene_description import Description, describe_model, meshes_of
+from bgc.runtime.view.steered import Publish, Steered
 
 _REPORTING: Final = 0.5  # s of simulated time between two states of the loop
 _QUEUED: Final = ("set", "reset", "graph", "use")  # commands that take their time
 _CENTRED: Final = {"position": [0.0, 0.0, 0.0]}
 
 
-class LoopFollower:
+class LoopFollower(Steered[LoadedModel]):
     """A loop as pages see it: rows about 100 times a second, its state, and its commands.
 
     It publishes the events of a `Player`. Poses go to devices with the drivers `pointer` and
@@ -47,18 +43,14 @@ class LoopFollower:
 
     def __init__(self, name: str, choices: Choices = NO_CHOICES, **arguments: Any) -> None:
         """Prepare the page of a file `name`; `arguments` are those of `Realtime.exchange`."""
-        self.epoch = 0
+        super().__init__(lambda kind, content: None, None)
         self._name, self._choices, self._arguments = name, choices, arguments
-        self._publish: Publish = lambda kind, content: None
         self._loop: Realtime | None = None
         self._course: Course | None = None
         self._report: Report | None = None
         self._reported = 0.0
         self._set: dict[str, float] = {}
         self._held: set[str] = set()
-        self._exchange: Exchange[LoadedModel] | None = None
-        self._slots: Description | None = None
-        self._commands: SimpleQueue[Mapping[str, Any] | None] = SimpleQueue()
         self._thread = Thread(target=self._obey_all, daemon=True, name="bgc haptic: page")
 
     def describe(self, model: LoadedModel) -> tuple[Description, list[Path]]:
@@ -76,12 +68,13 @@ class LoopFollower:
 
     def end(self, report: Report) -> None:
         """Publish how the loop has ended."""
-        self._commands.put(None)
+        self._commands.put({"type": "close"})
         if self._exchange is not None:
             self._exchange.close()
         self._report = report
         if report.problem is not None:
-            self._publish("fault", described_fault([report.problem], report.time, True))
+            self._reported = report.time
+            self._fail([report.problem])
         self._publish("state", self.state)
 
     # --- what the loop gives, in the thread that takes its records ----------------------------
@@ -113,7 +106,7 @@ class LoopFollower:
         if (before is None or before.model is not model) and model.origin is not None:
             if self._exchange is not None:
                 self._exchange.close()
-            self._exchange, self._slots = Exchange(*model.origin, lambda taken: taken), None
+            self._exchange, self._graph = Exchange(*model.origin, lambda taken: taken), None
         self._publish("values", model.parameters.values_in(course.instance))
 
     @property
@@ -129,7 +122,7 @@ class LoopFollower:
             "epoch": self.epoch,
             "ready": True,
             "held": sorted(self._held),
-            "busy": "" if self._exchange is None else self._exchange.busy,
+            "busy": self._busy,
             "loop": None if report is None else _loop_state(report),
         }
 
@@ -147,14 +140,7 @@ class LoopFollower:
 
     def _hand(self, command: Mapping[str, Any]) -> None:
         assert self._loop is not None
-        turned = np.asarray(command.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
-        self._loop.pointer(
-            command["position"],
-            turned / np.linalg.norm(turned),
-            gripper=command.get("gripper", 0.0),
-            buttons=command.get("buttons", ()),
-            device=command["device"],
-        )
+        self._loop.pointer(**pose_in(command), device=command["device"])
         if command["device"] not in self._held:
             self._held.add(command["device"])
             self._publish("state", self.state)
@@ -167,8 +153,8 @@ class LoopFollower:
             self._publish("state", self.state)
 
     def _obey_all(self) -> None:
-        while (command := self._commands.get()) is not None:
-            self._guard(partial(getattr(self, f"_on_{command['type']}"), command))
+        while (command := self._commands.get())["type"] != "close":
+            self._obey(command)
             self._publish("state", self.state)
 
     def _on_set(self, command: Mapping[str, Any]) -> None:
@@ -196,44 +182,17 @@ class LoopFollower:
         """The parameters that the present course was given, and those set since, SI."""
         return {**self._present.model.parameters.given(self._present.given), **self._set}
 
+    def _now(self) -> float:
+        return self._reported
+
     # --- slots --------------------------------------------------------------------------------
 
-    def _on_graph(self, command: Mapping[str, Any]) -> None:
-        """Compile the scene with its graph, whose description has the slots."""
-        if self._slots is not None:
-            self._publish("graph", self._slots)
-        elif self._exchange is not None:
-            self._exchange.graph(self._commands.put)
-
-    def _on_use(self, command: Mapping[str, Any]) -> None:
-        if self._exchange is not None:
-            self._exchange.model(command["slot"], command["part"], self._commands.put)
-
     def _on_built_graph(self, command: Mapping[str, Any]) -> None:
-        self._slots = {**self._taken(command["answer"]).description, "absent": []}
-        self._publish("graph", self._slots)
+        self._graph = {**self._built(command["answer"]).description, "absent": []}
+        self._publish("graph", self._graph)
 
     def _on_built_model(self, command: Mapping[str, Any]) -> None:
-        assert self._exchange is not None
-        self._begin_with(self._exchange.take(self._taken(command["answer"]), command["options"]))
-
-    def _taken(self, answer: Answer) -> Any:
-        """The result of a compilation beside the loop. Raises BgError where it failed."""
-        assert self._exchange is not None
-        self._exchange.busy = ""
-        if answer.result is None:
-            raise BgError(answer.diagnostics or [aside_failed()])
-        return answer.result
-
-    def _guard(self, work: Callable[[], None]) -> None:
-        """Do work. If it fails, publish the reason as a fault; the loop continues."""
-        time = self._reported
-        try:
-            work()
-        except BgError as problem:
-            self._publish("fault", described_fault(problem.diagnostics, time, False))
-        except Exception as problem:
-            self._publish("fault", {**described_bug(problem, time), "stopped": False})
+        self._begin_with(self._exchanged(command))
 
 
 def _loop_state(report: Report) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from bgc.runtime.view.aside import Answer, Aside, Request
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.scene_description import Description
 
-_Taken = TypeVar("_Taken")
+Taken = TypeVar("Taken")
 Post = Callable[[dict[str, Any]], None]
 """Queue of commands that takes an answer, `built_graph` or `built_model`, from another thread."""
 
@@ -28,7 +28,7 @@ class Prepared:
     meshes: list[Path]
 
 
-class Exchange(Generic[_Taken]):
+class Exchange(Generic[Taken]):
     """Compilations beside a run: at most one at a time.
 
     Attributes
@@ -38,7 +38,7 @@ class Exchange(Generic[_Taken]):
     """
 
     def __init__(
-        self, path: Path, options: Options, prepare: Callable[[LoadedModel], _Taken]
+        self, path: Path, options: Options, prepare: Callable[[LoadedModel], Taken]
     ) -> None:
         """Start from a file and the options of the present model.
 
@@ -70,7 +70,7 @@ class Exchange(Generic[_Taken]):
 
         self._aside.ask(Request(kind, self._path, options), done)
 
-    def take(self, built: Built, options: Options) -> _Taken:
+    def take(self, built: Built, options: Options) -> Taken:
         """Make a run of a model that was compiled; BgError where it cannot be prepared."""
         model = LoadedModel(built, self._path.absolute().parent, (self._path, options))
         prepared = self._prepare(model)

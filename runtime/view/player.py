@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from queue import Empty, Queue
+from collections.abc import Mapping
+from queue import Empty
 from threading import Thread
 from time import monotonic
 from typing import Any, Final
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.view import aside_failed, file_changed
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.render import excerpt
+from bgc.diagnostics.catalogue.view import file_changed
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import text
-from bgc.runtime.view.aside import Answer
 from bgc.runtime.view.history import Rows, as_rows
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.meter import Meter
 from bgc.runtime.view.part_exchange import Exchange, Prepared, carried
+from bgc.runtime.view.steered import Publish, Steered
 
 FRAME: Final = 1 / 60  # s of the clock between two frames
 SPEEDS: Final = (1e-6, 100.0)  # simulated seconds for each second of the clock
@@ -31,11 +30,8 @@ _SHARE: Final = 0.8  # of a frame that computing may take before the chunks beco
 _FREQUENT: Final = ("hand",)  # commands that come each frame; others are answered by the state
 _SLOWEST_FRAME: Final = 1 / 15  # s of computing in a frame of a run that cannot keep up
 
-Publish = Callable[[str, Any], None]
-"""Called in the thread of the player with `rows`, `state`, `values` or `fault`."""
 
-
-class Player:
+class Player(Steered[Prepared]):
     """A live run with the buttons of a player.
 
     `publish` gets `("rows", (epoch, rows))`, `("state", {..})`, `("values", [..])`,
@@ -59,19 +55,15 @@ class Player:
         """
         duration = duration or run.model.facts.duration
         every = every or run.model.facts.every
+        super().__init__(publish, exchange)
         self._run = run
-        self._publish = publish
-        self._commands: Queue[Mapping[str, Any]] = Queue()
         self._thread = Thread(target=self._loop, daemon=True, name="bgc view")
         self._duration = duration or math.inf
         self._every = every or math.inf
         self.speed = usual_speed(duration)
         self.playing = False
         self.ended = False
-        self.epoch = 0
-        self._exchange = exchange
         self._meter: Meter | None = None
-        self._graph: dict[str, Any] | None = None
         self._is_watched = False
         self._metered = 0.0
         self._ready = False
@@ -90,7 +82,7 @@ class Player:
             "epoch": self.epoch,
             "ready": self._ready,
             "held": self._run.hands.held,
-            "busy": self._exchange.busy if self._exchange is not None else "",
+            "busy": self._busy,
         }
 
     def start(self, first: Array) -> None:
@@ -121,12 +113,12 @@ class Player:
         measured = due, self._run.time
         while True:
             if not self.playing:
-                if not self._obey(None):
+                if not self._take(None):
                     break
                 due = monotonic()
                 measured = due, self._run.time
                 continue
-            if not self._obey(max(0.0, due - monotonic())):
+            if not self._take(max(0.0, due - monotonic())):
                 break
             if monotonic() < due or not self.playing:
                 continue
@@ -140,7 +132,7 @@ class Player:
                 self._publish("state", self.state)
         self._run.close()
 
-    def _obey(self, wait: float | None) -> bool:
+    def _take(self, wait: float | None) -> bool:
         """Wait for a command, and obey it; False for that to close."""
         try:
             command = self._commands.get(timeout=wait)
@@ -149,7 +141,7 @@ class Player:
         if command["type"] == "close":
             return False
         before = self.state
-        self._guard(lambda: getattr(self, f"_on_{command['type']}")(command))
+        self._obey(command)
         if command["type"] not in _FREQUENT or self.state != before:
             self._publish("state", self.state)
         if command["type"] not in _FREQUENT:
@@ -157,13 +149,12 @@ class Player:
             self._guard(self._read_meter)
         return True
 
-    def _guard(self, work: Callable[[], None]) -> None:
-        """Do work; a fault of bgc itself stops the run and is shown, but the thread goes on."""
-        try:
-            work()
-        except Exception as problem:
-            self.playing = False
-            self._publish("fault", described_bug(problem, self._run.time))
+    def _now(self) -> float:
+        return self._run.time
+
+    def _halt(self) -> bool:
+        self.playing = False
+        return True
 
     def _on_play(self, command: Mapping[str, Any]) -> None:
         if self.ended:
@@ -202,13 +193,12 @@ class Player:
     def _on_set(self, command: Mapping[str, Any]) -> None:
         try:
             self._run.set_parameter(command["name"], command["value"])
-        except BgError as problem:
-            self._fail(problem.diagnostics, stopped=False)
-        self._publish("values", self._run.values())
+        finally:  # the page takes back what was refused
+            self._publish("values", self._run.values())
 
     def _on_hand(self, command: Mapping[str, Any]) -> None:
         if self._ready:
-            self._steer(lambda: self._run.hand(command["device"], command))
+            self._run.hand(command["device"], command)
 
     def _on_let_go(self, command: Mapping[str, Any]) -> None:
         """Centre the hand of a page that has gone while it held a device."""
@@ -217,62 +207,27 @@ class Player:
 
     def _on_leave(self, command: Mapping[str, Any]) -> None:
         if self._ready:
-            self._steer(lambda: self._run.leave(command["device"]))
-
-    def _steer(self, work: Callable[[], None]) -> None:
-        try:
-            work()
-        except BgError as problem:
-            self._fail(problem.diagnostics, stopped=False)
+            self._run.leave(command["device"])
 
     # --- graph and slots ------------------------------------------------------------------
-
-    def _on_graph(self, command: Mapping[str, Any]) -> None:
-        if self._graph is not None:
-            self._publish("graph", self._graph)
-        elif self._exchange is not None:
-            self._exchange.graph(self._commands.put)
 
     def _on_watch(self, command: Mapping[str, Any]) -> None:
         self._is_watched = command["value"]
 
-    def _on_use(self, command: Mapping[str, Any]) -> None:
-        if self._exchange is not None:
-            self._exchange.model(command["slot"], command["part"], self._commands.put)
-
-    def _built(self, answer: Answer) -> bool:
-        """Take the answer of a compilation beside the run; False where it failed."""
-        assert self._exchange is not None
-        self._exchange.busy = ""
-        if answer.result is None:
-            self._fail(answer.diagnostics or [aside_failed()], stopped=False)
-        return answer.result is not None
-
     def _on_built_graph(self, command: Mapping[str, Any]) -> None:
-        answer: Answer = command["answer"]
-        if not self._built(answer):
-            return
-        meter = Meter(answer.result.built, self._run.model)
-        if meter.source == text(self._run.model.library.model.hash):
-            self._meter = meter
-            self._graph = {**answer.result.description, "absent": meter.absent}
-            self._publish("graph", self._graph)
-        else:
-            self._fail([file_changed()], stopped=False)
+        found = self._built(command["answer"])
+        meter = Meter(found.built, self._run.model)
+        if meter.source != text(self._run.model.library.model.hash):
+            raise BgError([file_changed()])
+        self._meter = meter
+        self._graph = {**found.description, "absent": meter.absent}
+        self._publish("graph", self._graph)
 
     def _on_built_model(self, command: Mapping[str, Any]) -> None:
         """Exchange the model: its run starts again, and plays if the one before did."""
-        answer: Answer = command["answer"]
-        if not self._built(answer):
-            return
-        assert self._exchange is not None
-        try:
-            found = self._exchange.take(answer.result, command["options"])
-            found.run.given.update(carried(self._run.given, found.run.model))
-            row = found.run.reset()
-        except BgError as problem:
-            self._fail(problem.diagnostics, stopped=False)
-            return
+        found = self._exchanged(command)
+        found.run.given.update(carried(self._run.given, found.run.model))
+        row = found.run.reset()
         self._run.close()
         self._run, self._meter, self._graph = found.run, None, None
         self.epoch += 1
@@ -321,30 +276,6 @@ class Player:
         if len(rows):
             packed: tuple[int, Rows] = self.epoch, as_rows(times, rows)
             self._publish("rows", packed)
-
-    def _fail(self, diagnostics: Sequence[Diagnostic], stopped: bool = True) -> None:
-        self._publish("fault", described_fault(diagnostics, self._run.time, stopped))
-
-
-def described_fault(
-    diagnostics: Sequence[Diagnostic], time: float, stopped: bool
-) -> dict[str, Any]:
-    """Describe a failure for the page: its messages, each with the lines at fault."""
-    return {
-        "time": time,
-        "stopped": stopped,
-        "messages": [
-            {"code": d.code, "text": d.message, "help": d.help or "", "excerpt": excerpt(d)}
-            for d in diagnostics
-        ],
-    }
-
-
-def described_bug(problem: Exception, time: float) -> dict[str, Any]:
-    """Describe a fault of bgc itself for the page."""
-    text = f"this is a bug in bgc: {type(problem).__name__}: {problem}"
-    message = {"code": "", "text": text, "help": "", "excerpt": ""}
-    return {"time": time, "stopped": True, "messages": [message]}
 
 
 def usual_speed(duration: float | None) -> float:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import secrets
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from time import time
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
@@ -28,22 +28,12 @@ from bgc.runtime.view.protocol import (
     read_command,
 )
 from bgc.runtime.view.scene_description import Description
+from bgc.runtime.view.steered import Steered
 
 HOST: Final = "127.0.0.1"
 _BEHIND: Final = 65536  # bytes waiting for a client, above which it misses rows
 _MOST_MESSAGES: Final = 8  # likewise
 _CLOSING: Final = 0.2  # s
-
-
-class Steered(Protocol):
-    """A run that obeys commands of pages: the player of a live run, or a loop in real time."""
-
-    @property
-    def state(self) -> dict[str, Any]:
-        """Its state, for a page that comes."""
-
-    def command(self, command: Mapping[str, Any]) -> None:
-        """Take a checked message of `protocol`; does not wait."""
 
 
 class Client:
@@ -103,7 +93,7 @@ class Server:
         self._meshes = meshes
         self._script = bundle()
         self._recorded = rows
-        self._player: Steered | None = None
+        self._player: Steered[Any] | None = None
         self._history = History(TIMES + description["width"])
         self._values: list[float] = []
         self._fault: dict[str, Any] | None = None
@@ -117,7 +107,7 @@ class Server:
         """The address of the page, with its token."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
-    def attach(self, player: Steered) -> None:
+    def attach(self, player: Steered[Any]) -> None:
         """Let clients steer a player or a loop."""
         self._player = player
 
