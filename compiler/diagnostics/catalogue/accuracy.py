@@ -1,4 +1,4 @@
-"""BG7xx: warnings that the results of a run may be inaccurate."""
+"""Diagnostics: accuracy of results."""
 
 from __future__ import annotations
 

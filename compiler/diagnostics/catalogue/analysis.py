@@ -1,4 +1,4 @@
-"""Diagnostics of linear analysis: inputs, outputs, operating points."""
+"""Diagnostics: linear analysis."""
 
 from __future__ import annotations
 

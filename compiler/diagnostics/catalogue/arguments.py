@@ -1,4 +1,4 @@
-"""Diagnostics of the inputs of a run: parameters, options, columns, solvers, devices."""
+"""Diagnostics: parameters and options of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of external solvers: their packages and the models that they can integrate."""
+"""Diagnostics: external solvers."""
 
 from __future__ import annotations
 

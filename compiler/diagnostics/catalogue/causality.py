@@ -1,4 +1,4 @@
-"""Diagnostics of causality and algebraic loops."""
+"""Diagnostics: causality and algebraic loops."""
 
 from __future__ import annotations
 

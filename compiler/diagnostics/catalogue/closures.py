@@ -1,4 +1,4 @@
-"""Diagnostics of closed chains."""
+"""Diagnostics: closed chains."""
 
 from __future__ import annotations
 

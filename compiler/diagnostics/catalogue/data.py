@@ -1,4 +1,4 @@
-"""Diagnostics of `jacobian`, of random numbers, and of data and interpolation."""
+"""Diagnostics: data, interpolation, random numbers and `jacobian`."""
 
 from __future__ import annotations
 

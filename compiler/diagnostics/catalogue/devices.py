@@ -1,4 +1,4 @@
-"""BG012-BG019: drivers of devices, as the command line and scenes name them."""
+"""Diagnostics: device drivers."""
 
 from __future__ import annotations
 

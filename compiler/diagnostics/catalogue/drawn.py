@@ -1,4 +1,4 @@
-"""Diagnostics of shapes, with which parts are drawn."""
+"""Diagnostics: shapes that a viewer draws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of editors: names that cannot be changed."""
+"""Diagnostics: renaming in an editor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG74x: many runs of one model at once."""
+"""Diagnostics: ensembles of runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of derived equations."""
+"""Diagnostics: derived equations."""
 
 from __future__ import annotations
 

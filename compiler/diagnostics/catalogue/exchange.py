@@ -1,4 +1,4 @@
-"""BG757: exchange of the model of a running loop."""
+"""Diagnostics: exchange of a running model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG001-BG019: the model file, before its text is parsed."""
+"""Diagnostics: model files."""
 
 from __future__ import annotations
 

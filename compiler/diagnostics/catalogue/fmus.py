@@ -1,4 +1,4 @@
-"""BG750-BG753: FMUs."""
+"""Diagnostics: FMUs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of bonds and ports."""
+"""Diagnostics: bonds and ports."""
 
 from __future__ import annotations
 

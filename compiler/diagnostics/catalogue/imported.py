@@ -1,4 +1,4 @@
-"""Diagnostics of `bgc import`: files of other tools."""
+"""Diagnostics: import from other tools."""
 
 from __future__ import annotations
 

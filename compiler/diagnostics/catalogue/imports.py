@@ -1,4 +1,4 @@
-"""Diagnostics of imports of files and library modules."""
+"""Diagnostics: imports of files and library modules."""
 
 from __future__ import annotations
 

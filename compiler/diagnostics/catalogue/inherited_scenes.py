@@ -1,4 +1,4 @@
-"""Diagnostics of scenes that extend other scenes."""
+"""Diagnostics: scenes that extend other scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG260-BG264, BG560-BG564: values of inputs from a program, `simulate(inputs={..})`."""
+"""Diagnostics: inputs from a program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of `when` and `reset`, and of the first line of `when` and `sample`."""
+"""Diagnostics: events: `when` and `reset`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of elements' laws, initial values, states and equations."""
+"""Diagnostics: laws of elements, initial values and equations."""
 
 from __future__ import annotations
 

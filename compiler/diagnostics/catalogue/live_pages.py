@@ -1,4 +1,4 @@
-"""BG544, BG545, BG547, BG548: pages that run their model themselves."""
+"""Diagnostics: pages that run their model."""
 
 from __future__ import annotations
 

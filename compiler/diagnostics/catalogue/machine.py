@@ -1,4 +1,4 @@
-"""Diagnostics of the machine: C compiler, cache, output files, packages."""
+"""Diagnostics: C compiler, cache, output files and packages."""
 
 from __future__ import annotations
 

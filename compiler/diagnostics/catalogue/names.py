@@ -1,4 +1,4 @@
-"""Diagnostics of names, types, models, slots and their arguments."""
+"""Diagnostics: names, types, models and arguments."""
 
 from __future__ import annotations
 

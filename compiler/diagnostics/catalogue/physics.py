@@ -1,4 +1,4 @@
-"""Diagnostics of laws that are not passive: warnings, and errors under `--strict`."""
+"""Diagnostics: laws that are not passive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG470-BG474: sampled ports."""
+"""Diagnostics: sampled ports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG23x, BG24x: ranges of parameters."""
+"""Diagnostics: ranges of parameters."""
 
 from __future__ import annotations
 

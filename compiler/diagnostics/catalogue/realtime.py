@@ -1,4 +1,4 @@
-"""BG762-BG769 and BG775-BG783: the servo loop and its devices."""
+"""Diagnostics: servo loops and their devices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG04x: what `bgc doc` and `bgc new` are given."""
+"""Diagnostics: arguments of `bgc doc` and `bgc new`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG7xx: faults during a run."""
+"""Diagnostics: failures during a run."""
 
 from __future__ import annotations
 

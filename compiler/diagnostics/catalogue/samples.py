@@ -1,4 +1,4 @@
-"""Diagnostics of sampled parts: `sample`, `next`, and values that they hold."""
+"""Diagnostics: sampled parts."""
 
 from __future__ import annotations
 

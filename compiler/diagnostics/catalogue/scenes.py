@@ -1,4 +1,4 @@
-"""Diagnostics of scenes: devices, drives, observed columns, options of a run."""
+"""Diagnostics: scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of shapes and indices of values."""
+"""Diagnostics: shapes and indices of values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG23x: slots, and the models that fill them."""
+"""Diagnostics: slots and the models that fill them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG7xx: a run that finds no start, at rest or with its fast modes settled."""
+"""Diagnostics: starts at rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of storage and its initial values."""
+"""Diagnostics: storage elements and their initial values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG087-BG089: stress maps of a scene, and the activity of its elements."""
+"""Diagnostics: stress maps and activity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG47x, BG65x, BG78x, BG79x: observables, tables of cases, stores, estimation, optimisation."""
+"""Diagnostics: sweeps, estimation, optimisation and their stores."""
 
 from __future__ import annotations
 

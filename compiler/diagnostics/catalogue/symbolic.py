@@ -1,4 +1,4 @@
-"""Diagnostics of symbolic formulas: transfer functions, equilibria."""
+"""Diagnostics: symbolic formulas."""
 
 from __future__ import annotations
 

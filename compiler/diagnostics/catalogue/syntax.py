@@ -1,4 +1,4 @@
-"""BG100-BG199: syntax errors."""
+"""Diagnostics: syntax."""
 
 from __future__ import annotations
 

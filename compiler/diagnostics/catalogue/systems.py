@@ -1,4 +1,4 @@
-"""BG635-BG641: systems of FMUs."""
+"""Diagnostics: systems of FMUs."""
 
 from __future__ import annotations
 

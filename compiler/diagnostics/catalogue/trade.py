@@ -1,4 +1,4 @@
-"""BG09x: measuring the trade between speed and accuracy."""
+"""Diagnostics: trade between speed and accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG3xx: units, functions and constants of expressions."""
+"""Diagnostics: units, functions and constants."""
 
 from __future__ import annotations
 

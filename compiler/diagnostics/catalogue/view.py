@@ -1,4 +1,4 @@
-"""BG007-BG010, BG754-BG756, BG758: the page of `bgc view`."""
+"""Diagnostics: the page of `bgc view`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of widths, domains and units of bonds."""
+"""Diagnostics: widths, domains and units of bonds."""
 
 from __future__ import annotations
 
