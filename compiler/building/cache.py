@@ -1,10 +1,10 @@
-"""The user's cache: compiled objects by content, and finished builds by what was read.
+"""The user's cache: compiled objects and syntax trees by content, and finished builds.
 
-The cache has two levels. A *blob* (`objects/KEY.o`, `models/KEY.so`) is named by the hash of
-everything that determines it, so it never has to be invalidated. A *note* (`notes/KEY.json`) maps
-a request (entry file, scene, overrides) to the files that were read, their hashes and the
-resulting build. When none of these files has changed, a warm start loads the build without
-parsing.
+The cache has two levels. A *blob* (`objects/KEY.o`, `models/KEY.so`, `trees/KEY.json`) is named
+by the hash of everything that determines it, so it never has to be invalidated. A *note*
+(`notes/KEY.json`) maps a request (entry file, scene, overrides) to the files that were read, their
+hashes and the resulting build. When none of these files has changed, a warm start loads the build
+without parsing.
 
 Every file is written to a temporary name and then moved into place, so two runs at once are safe.
 Blobs carry a checksum; a damaged blob counts as absent.
@@ -74,7 +74,7 @@ class Cache:
         """Remove files unused for two months or beyond 2 GB, and what killed runs left."""
         now = time.time()
         files: list[tuple[float, int, Path]] = []  # last use, bytes
-        for kind in ("objects", "models", "notes", "sweeps"):
+        for kind in ("objects", "models", "trees", "notes", "sweeps"):
             for path in (self.root / kind).glob("*"):
                 with suppress(OSError):
                     facts = path.stat()

@@ -20,13 +20,12 @@ from typing import Any
 
 from bgc.building.build_result import Built, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
+from bgc.building.code_identity import code_identity
 from bgc.building.record_json import from_json, to_json
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source
 from bgc.options import Options
-
-_COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")
 
 
 def recall(entry: Path, options: Options) -> Built | None:
@@ -94,27 +93,7 @@ def _request_key(entry: Path, options: Options) -> str:
 
 
 def _compiler_identity() -> str:
-    """Hash names, sizes and times of the compiler's own files, to identify its exact version."""
-    state = blake2b(digest_size=16)
-    for package in ("bgc", "bgc.grammar", "bgc.runtime"):
-        spec = find_spec(package)
-        assert spec is not None and spec.submodule_search_locations
-        for root in spec.submodule_search_locations:
-            for path in sorted(_files_under(root)):
-                facts = Path(path).stat()
-                state.update(f"{path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
-    return state.hexdigest()
-
-
-def _files_under(root: str) -> list[str]:
-    found: list[str] = []
-    with os.scandir(root) as entries:
-        for entry in entries:
-            if entry.name.endswith(_COMPILER_FILES):
-                found.append(entry.path)
-            elif entry.name[0] not in "_." and entry.is_dir():
-                found.extend(_files_under(entry.path))
-    return found
+    return code_identity("bgc", "bgc.grammar", "bgc.runtime")
 
 
 def _built_from_note(root: Path, note: Any) -> Built | None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
-from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import imports, names
 from bgc.diagnostics.catalogue.files import file_missing
@@ -21,6 +20,7 @@ from bgc.resolution.conformance import check_conformance, check_interfaces
 from bgc.resolution.library import library_folder, library_modules, module_path, scene_file
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
+from bgc.resolution.parse_cached import Parsed, parse_cached
 from bgc.resolution.scene_inheritance import collect_scenes
 
 MAX_ANCESTORS = 100  # of a model, by `is`
@@ -42,15 +42,7 @@ class Reader:
 
     def read(self, path: Path, name: str) -> Parsed:
         """Read and parse a file; `name` is that of its messages. BgError if it cannot be read."""
-        return _parse(Source(name, read_source(path).text))
-
-
-Parsed: TypeAlias = tuple[syntax.File, tuple[Diagnostic, ...]]
-
-
-@lru_cache(maxsize=256)  # a process that loads models one after the other imports the same files
-def _parse(source: Source) -> Parsed:
-    return parse(source)
+        return parse_cached(Source(name, read_source(path).text))
 
 
 def load(path: Path) -> Package:
@@ -62,7 +54,7 @@ def load(path: Path) -> Package:
         if found is None or path.exists():
             raise
         raise BgError([file_missing(str(path), str(found))]) from problem
-    return _load_root(_parse(source), path)
+    return _load_root(parse_cached(source), path)
 
 
 def load_text(text: str, name: str = "<text>") -> Package:

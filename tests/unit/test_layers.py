@@ -29,6 +29,7 @@ bgc.algebra
 bgc.values
 bgc.language
 bgc.ir
+bgc.building.user_folder bgc.building.cache bgc.building.code_identity
 bgc.resolution
 bgc.elaboration.instances
 bgc.elaboration.bonds
