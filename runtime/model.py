@@ -244,9 +244,7 @@ class Model(StudiedModel, EvaluatedModel):
         # Loads the compiler, which takes longer than most runs; they do without it.
         from bgc.runtime.linearising.operating_point import OpenedModel
 
-        if self.origin is None:
-            raise ValueError("a model without its source has no inputs: use `eigenvalues`")
-        path, options = self.origin
+        path, options = self.source_for("inputs: use `eigenvalues`")
         values = self.parameters.given(parameters or {})
         opened = OpenedModel(path, options, inputs, outputs, values)
         if state is not None:
@@ -298,9 +296,7 @@ class Model(StudiedModel, EvaluatedModel):
         # SymPy takes 0.3 s to import, and only this needs it.
         from bgc.runtime.linearising.symbolic import symbolic_model
 
-        if self.origin is None:
-            raise ValueError("a model without its source has no letters: use `linearise`")
-        path, options = self.origin
+        path, options = self.source_for("letters: use `linearise`")
         values = self.parameters.given(parameters or {})
         return symbolic_model(path, options, inputs, outputs, at, values)
 
@@ -401,9 +397,7 @@ class Model(StudiedModel, EvaluatedModel):
         # Loads the compiler, as `linearise` does.
         from bgc.driver import compile_scene
 
-        if self.origin is None:
-            raise ValueError("a model without its source has no graph and no equations")
-        path, options = self.origin
+        path, options = self.source_for("graph and no equations")
         return compile_scene(path, options, until=until)
 
     def _repr_html_(self) -> str:

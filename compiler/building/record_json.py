@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from bgc.diagnostics.source import Source
@@ -39,13 +39,13 @@ def from_json(kind: Any, value: Any, texts: Mapping[str, str] = _NO_TEXTS) -> An
         return Source(value, texts[value])
     choices = get_args(kind)
     if get_origin(kind) is UnionType:
-        if value is None and NoneType in choices:
-            return None
         kind = next((choice for choice in choices if type(value) is choice), choices[0])
         return from_json(kind, value, texts)
     if get_origin(kind) is tuple:
         kinds = choices[:1] * len(value) if Ellipsis in choices else choices
         return tuple(from_json(*pair, texts) for pair in zip(kinds, value, strict=True))
+    if get_origin(kind) is Mapping:
+        return {key: from_json(choices[1], part, texts) for key, part in {**value}.items()}
     if isinstance(kind, type) and is_dataclass(kind):
         hints = _hints_of(kind)
         read = {name: from_json(hints[name], part, texts) for name, part in {**value}.items()}

@@ -131,13 +131,13 @@ def activity_report(
         if not value > 0:
             raise BgError([bad_option(name, value, "a positive number")])
     end = duration_of(model, duration, nothing_to_judge)
-    assert model.origin is not None
+    path, options = model.source_for("activities")
     method = choose_method(model.library, model.facts)
-    base = compile_scene(*model.origin, until="lower")
+    base = compile_scene(path, options, until="lower")
     cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))
     accuracy = Accuracy(within, model.facts.requirements)
-    session = _Session(*model.origin, method, times, accuracy, cost)
+    session = _Session(path, options, method, times, accuracy, cost)
     session.begin(model)
     metered, graph = metered_model(model)
     run = timed_run(metered, method, session.times, accounts=False, limit=budget)

@@ -42,9 +42,7 @@ def metered_model(model: LoadedModel) -> tuple[LoadedModel, FlatGraph]:
 
     Parts that the scene does without are compiled too, since their powers are observed.
     """
-    assert model.origin is not None
-    path, options = model.origin
-    stages = compile_scene(path, options, prepare=_metered)
+    stages = compile_scene(*model.source_for("powers"), prepare=_metered)
     return LoadedModel(stages.built, model.folder), stages.graph
 
 

@@ -21,6 +21,7 @@ from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class
 from bgc.language.column_names import column_of, component_of, name_in_si
+from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.values.shown_units import Shown
 
@@ -144,6 +145,14 @@ class NamedColumns(InUnits, Mapping[str, Array]):
         if not columns:
             raise _missing(name, self._names())
         return columns, shape
+
+
+class RunColumns(NamedColumns):
+    """A base of the rows of one run, with what a plot of them shows besides."""
+
+    scene: str
+    status: str
+    panels: Sequence[Plot]
 
 
 def _joined(parts: Sequence[Array], shape: tuple[int, ...]) -> Array:

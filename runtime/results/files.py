@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import os
 import tempfile
+from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.public import public_class
 
 _ENDING = 20  # characters of the longest ending of a file's name
 
@@ -54,6 +56,24 @@ def write_rows(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)
+
+
+@public_class
+class WrittenAsCsv:
+    """A base of results that are written as CSV, to a file or to an open stream."""
+
+    @abstractmethod
+    def write_csv(self, file: TextIO) -> None:
+        """Write as `to_csv` does, to an open file."""
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write a file of what `write_csv` writes, whole or not at all.
+
+        Of many runs those that an interruption left undone are omitted; the others keep their
+        numbers.
+        """
+        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+            self.write_csv(file)
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> list[Path]:

@@ -6,14 +6,15 @@ import numpy as np
 
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import RunColumns
 from bgc.runtime.results.html import MOST_ROWS, figure_html, table_html
-from bgc.runtime.results.plot import Columns, plot_result
+from bgc.runtime.results.plot import plot_result
 from bgc.runtime.results.runs import Runs
 
 _CURVES = 12  # columns up to which a result is drawn in its cell
 
 
-def result_html(result: Columns) -> str:
+def result_html(result: RunColumns) -> str:
     """Return the columns with their extremes, and the plot of a result with few of them."""
     rows = []
     for name in list(result)[:MOST_ROWS]:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import matplotlib
 import numpy as np
@@ -23,9 +23,9 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.language.column_names import name_in_si
 from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import RunColumns
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.runs import Runs
-from bgc.values.shown_units import Shown
 
 KINDS = (".png", ".svg", ".pdf")
 
@@ -82,39 +82,6 @@ def picture(path: Target, width: float, height: float) -> Iterator[Picture]:
                 figure.savefig(aside, format=kind[1:], dpi=150, metadata=undated)
 
 
-class Columns(Protocol):
-    """Named columns over time: the part of a `Result` that is drawn."""
-
-    @property
-    def scene(self) -> str:
-        """The title."""
-
-    @property
-    def status(self) -> str:
-        """`done`, or how the run ended early."""
-
-    @property
-    def time(self) -> Array:
-        """Times of the rows, s, (n,)."""
-
-    def shown_in(self, name: str) -> Shown:
-        """The unit in which a column is shown."""
-
-    def in_words(self, name: str) -> Array:
-        """A column in the unit in which it is shown."""
-
-    @property
-    def panels(self) -> Sequence[Plot]:
-        """The panels that the scene wants."""
-
-    def expand(self, names: Sequence[str]) -> list[str]:
-        """Replace the names of vectors by those of their columns."""
-
-    def __getitem__(self, name: str) -> Array: ...
-
-    def __iter__(self) -> Iterator[str]: ...
-
-
 def read_panel(text: str) -> Plot:
     """Read `tip.z, handle.z` or `force against elevation`; BG069 for other texts."""
     first, against, second = text.partition(" against ")
@@ -126,7 +93,7 @@ def read_panel(text: str) -> Plot:
 
 
 def plot_result(
-    result: Columns,
+    result: RunColumns,
     path: Target,
     columns: Sequence[str] | None,
     panels: Sequence[str] | None,
@@ -182,7 +149,7 @@ def _instance(runs: Runs, number: int) -> str:
     return ", ".join(given) or str(number)
 
 
-def _across(result: Columns, panel: Plot) -> str:
+def _across(result: RunColumns, panel: Plot) -> str:
     """The column of the horizontal axis; BG069 for a vector of several columns."""
     columns = result.expand([panel.across])
     if len(columns) != 1:
@@ -190,7 +157,7 @@ def _across(result: Columns, panel: Plot) -> str:
     return columns[0]
 
 
-def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Plot]:
+def _panels_by_unit(result: RunColumns, columns: Sequence[str]) -> list[Plot]:
     by_unit: dict[str, list[str]] = {}
     for column in columns:
         by_unit.setdefault(result.shown_in(column).unit, []).append(column)
@@ -198,7 +165,7 @@ def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Plot]:
 
 
 def _draw(
-    figure: Figure, result: Columns, panels: Sequence[Plot], heights: Sequence[float]
+    figure: Figure, result: RunColumns, panels: Sequence[Plot], heights: Sequence[float]
 ) -> None:
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     timed: Any = None
@@ -219,7 +186,7 @@ def _draw(
     )
 
 
-def _draw_panel(result: Columns, panel: Plot, axes: Any) -> None:
+def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> None:
     """Draw one panel, with a right-hand scale for columns that do not fit the left one."""
     across = result.in_words(panel.across)
     left, right = _sides(result, panel)
@@ -251,10 +218,10 @@ def _draw_panel(result: Columns, panel: Plot, axes: Any) -> None:
         )
 
 
-def _sides(result: Columns, panel: Plot) -> tuple[list[str], list[str]]:
+def _sides(result: RunColumns, panel: Plot) -> tuple[list[str], list[str]]:
     """Divide a panel's columns between its left and its right scale.
 
-    Columns of a second unit go to the right. Of two columns in one unit, the second goes to the
+    RunColumns of a second unit go to the right. Of two columns in one unit, the second goes to the
     right if its range is far smaller or larger than that of the first.
     """
     units = list(dict.fromkeys(result.shown_in(column).unit for column in panel.columns))
@@ -283,13 +250,13 @@ def _shorten_numbers(axis: Any) -> str:
     return f"$10^{{{power}}}$ "
 
 
-def _axis_label(columns: Sequence[str], result: Columns, factor: str) -> str:
+def _axis_label(columns: Sequence[str], result: RunColumns, factor: str) -> str:
     if len(columns) == 1:
         return _label(columns[0], result, factor)
     return _bracketed(factor + result.shown_in(columns[0]).unit)
 
 
-def _label(name: str, result: Columns, factor: str) -> str:
+def _label(name: str, result: RunColumns, factor: str) -> str:
     unit = result.shown_in(name).unit
     return f"{name_in_si(name)} {_bracketed(factor + unit)}".strip()
 

@@ -17,8 +17,8 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.columns import NamedColumns, dataset, optional_package
-from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.columns import RunColumns, dataset, optional_package
+from bgc.runtime.results.files import WrittenAsCsv, write_arrays
 from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
 from bgc.runtime.results.rest_report import AtRest
@@ -64,7 +64,7 @@ def balance_warnings(time: Array, residual: Array, exchanged: float) -> Iterator
 
 @public_class
 @dataclass(frozen=True, eq=False, repr=False)
-class Result(NamedColumns):
+class Result(RunColumns, WrittenAsCsv):
     """Rows of a run, as columns by name; SI values.
 
     `result["tip.z"]` is a column, (n,); `result["tip"]` the vector `tip[1]`, `tip[2]`, .. in its
@@ -176,13 +176,8 @@ class Result(NamedColumns):
 
         return result_html(self)
 
-    def to_csv(self, path: str | Path) -> None:
-        """Write `time,<name>,..` and a line for each row; SI, in full precision."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
-
     def write_csv(self, file: TextIO) -> None:
-        """Write as `to_csv` does, to an open file."""
+        """Write `time,<name>,..` and a line for each row; SI, in full precision."""
         self._append_to(CsvRows(file, self._row_arrays()))
 
     def to_npz(self, path: str | Path) -> None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, TextIO
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.columns import InUnits, UnknownColumn, dataset
-from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.files import WrittenAsCsv, write_arrays
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.values.shown_units import Shown
 
@@ -27,7 +26,7 @@ _LISTED = 10  # numbers of instances in a warning
 
 @public_class
 @dataclass(frozen=True, eq=False, repr=False)
-class Runs(InUnits):
+class Runs(InUnits, WrittenAsCsv):
     """Runs with their varied parameters and their status; `values` has them in its first axis.
 
     The attributes are those of `Ensemble` and `Study`.
@@ -78,18 +77,6 @@ class Runs(InUnits):
     def placed_failures(self) -> Iterator[Diagnostic]:
         """List the errors, each with the number and the values (SI) of its run."""
         return placed(self.failures, self.parameters)
-
-    @abstractmethod
-    def write_csv(self, file: TextIO) -> None:
-        """Write as `to_csv` does, to an open file."""
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write a file of what `write_csv` writes, whole or not at all.
-
-        Runs that an interruption left undone are omitted; the others keep their numbers.
-        """
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
 
     def _dataset(
         self, dims: tuple[str, ...], times: Mapping[str, tuple[Array, str]], **about: str

@@ -12,7 +12,7 @@ from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,12 @@ from bgc.runtime.running.structures import (
 
 _Doubles = POINTER(c_double)
 _Model = POINTER(ModelStruct)
+
+AtFault: TypeAlias = Literal[
+    "parameter", "assertion", "state", "switch", "divisor", "chain", "jump", "held", "device"
+]
+"""What a call may fail at; `held` is a value that a sampled part holds."""
+
 # name: result, arguments after `const bgc_model *m` and `bgc_data *d`
 _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_free": (None, ()),
@@ -63,22 +69,14 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_chain_rows": (c_int, (_Model,)),
     "bgc_new": (c_void_p, (_Model,)),
     "bgc_save_size": (c_size_t, (_Model,)),
-    "bgc_failed_parameter": (c_int, (c_void_p,)),
-    "bgc_failed_assertion": (c_int, (c_void_p,)),
-    "bgc_failed_state": (c_int, (c_void_p,)),
-    "bgc_failed_switch": (c_int, (c_void_p,)),
-    "bgc_failed_divisor": (c_int, (c_void_p,)),
+    **{f"bgc_failed_{what}": (c_int, (c_void_p,)) for what in get_args(AtFault)},
     "bgc_failed_time": (c_double, (c_void_p,)),
-    "bgc_failed_chain": (c_int, (c_void_p,)),
-    "bgc_failed_jump": (c_int, (c_void_p,)),
     "bgc_count_jumps": (c_int, (_Model,)),
     "bgc_has_lane_factors": (c_int, (_Model,)),
     "bgc_explicit_cost": (c_double, (_Model,)),
     "bgc_count_rates": (c_int, (_Model,)),
     "bgc_count_held": (c_int, (_Model,)),
     "bgc_held_input": (c_int, (_Model, c_int)),
-    "bgc_failed_held": (c_int, (c_void_p,)),
-    "bgc_failed_device": (c_int, (c_void_p,)),
     "bgc_device_reason": (c_char_p, (c_void_p,)),
     "bgc_sample_period": (c_double, (c_void_p,)),
     "bgc_chain_name": (c_char_p, (_Model, c_int)),
@@ -257,56 +255,28 @@ class Instance:
         view: Array = np.asarray(_Memory(self, ctypes.addressof(self._ask(name).contents), size))
         return view
 
-    @property
-    def failed_parameter(self) -> int:
-        """Index of the parameter at fault, or n_param plus the index of a failed check."""
-        return int(self._ask("bgc_failed_parameter"))
+    def failed(self, what: AtFault) -> int:
+        """Index of what the last call failed at; -1 where none is known.
 
-    @property
-    def failed_assertion(self) -> int:
-        """Index of the assertion that failed."""
-        return int(self._ask("bgc_failed_assertion"))
-
-    @property
-    def failed_state(self) -> int:
-        """Index of the state at fault, -1 if none is known."""
-        return int(self._ask("bgc_failed_state"))
+        That of a failed check of parameters is behind those of the parameters themselves.
+        """
+        return int(self._ask(f"bgc_failed_{what}"))
 
     @property
     def failed_chain(self) -> str:
         """The parts of the closed chain at which the last call failed; empty if none."""
         name = self.library.functions.bgc_chain_name
-        return text(name(self.library.pointer, self._ask("bgc_failed_chain")))
+        return text(name(self.library.pointer, self.failed("chain")))
 
     @property
     def failed_condition(self) -> str:
         """The name of the condition that the start does not satisfy."""
         name = self.library.functions.bgc_condition_name
-        return text(name(self.library.pointer, self._ask("bgc_failed_chain")))
-
-    @property
-    def failed_switch(self) -> int:
-        """Index of the switch that chatters, -1 if none does."""
-        return int(self._ask("bgc_failed_switch"))
-
-    @property
-    def failed_jump(self) -> int:
-        """Index of a jump that repeats without end, -1 if none does."""
-        return int(self._ask("bgc_failed_jump"))
-
-    @property
-    def failed_held(self) -> int:
-        """Index of a sampled value that is not finite, -1 if none is."""
-        return int(self._ask("bgc_failed_held"))
-
-    @property
-    def failed_device(self) -> int:
-        """Index of the device that reported a fault, -1 if none did."""
-        return int(self._ask("bgc_failed_device"))
+        return text(name(self.library.pointer, self.failed("chain")))
 
     @property
     def device_reason(self) -> str:
-        """The reason that the driver of that device gives; empty without one."""
+        """The reason that the driver of the device at fault gives; empty without one."""
         return text(self._ask("bgc_device_reason"))
 
     @property
@@ -315,13 +285,8 @@ class Instance:
         return float(self._ask("bgc_sample_period"))
 
     @property
-    def failed_divisor(self) -> int:
-        """Index of the divisor that vanishes, -1 if none does."""
-        return int(self._ask("bgc_failed_divisor"))
-
-    @property
     def failed_time(self) -> float:
-        """The time at which that divisor vanishes."""
+        """The time at which the divisor at fault vanishes."""
         return float(self._ask("bgc_failed_time"))
 
     @property

@@ -49,12 +49,13 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.SINGULAR:
             return run.singular(time, _state_at_fault(instance))
         case Status.ASSERTION:
-            place = _at(places.assertions, instance.failed_assertion)
-            message = text(model.assertion[instance.failed_assertion])
+            place = _at(places.assertions, instance.failed("assertion"))
+            message = text(model.assertion[instance.failed("assertion")])
             return run.assertion_failed(time, message, place.span)
         case Status.DEVICE:
             names = [text(model.device[k].name) for k in range(model.n_device)]
-            at_fault = names[instance.failed_device : instance.failed_device + 1]
+            index = instance.failed("device")
+            at_fault = names[index : index + 1]
             return run.device_failed(time, at_fault or names, quotable(instance.device_reason))
         case Status.BAD_PARAMETER:
             return _bad_parameter(instance, places)
@@ -71,20 +72,20 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.NOT_CONVERGED:
             return run.not_converged(time)
         case Status.CHATTERING:
-            place = _at(places.switches, instance.failed_switch)
+            place = _at(places.switches, instance.failed("switch"))
             return run.chattering(time, place.states, place.span)
         case Status.VANISHING:
-            place = _at(places.divisors, instance.failed_divisor)
-            what = text(model.divisor[instance.failed_divisor])
+            place = _at(places.divisors, instance.failed("divisor"))
+            what = text(model.divisor[instance.failed("divisor")])
             return run.divisor_vanishes(instance.failed_time, what, place.states, place.span)
         case Status.SINGULAR_CHAIN:
             return closures.singular_chain(time, instance.failed_chain)
         case Status.OPEN_CHAIN:
             return closures.open_chain(instance.failed_condition)
         case Status.ENDLESS_JUMPS:
-            return jumps.endless_jumps(time, _at(places.jumps, instance.failed_jump).span)
+            return jumps.endless_jumps(time, _at(places.jumps, instance.failed("jump")).span)
         case Status.BAD_SAMPLE:
-            place = _at(places.held, instance.failed_held)
+            place = _at(places.held, instance.failed("held"))
             return samples.bad_sample(time, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
@@ -109,13 +110,13 @@ def _at(places: Sequence[Place], index: int) -> Place:
 
 
 def _state_at_fault(instance: Instance) -> str | None:
-    index = instance.failed_state
+    index = instance.failed("state")
     return text(instance.library.model.state[index].name) if index >= 0 else None
 
 
 def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     model = instance.library.model
-    index = instance.failed_parameter
+    index = instance.failed("parameter")
     if index == model.n_param + model.n_check:
         return starts.no_start(places.start)
     if index >= model.n_param:
@@ -142,7 +143,7 @@ def _refused_alone(instance: Instance, check: int) -> list[str]:
         alone = Instance(instance.library)
         alone.set_parameter(k, given)
         refused = alone.reset(instance.time) is Status.BAD_PARAMETER
-        if refused and alone.failed_parameter == check:
+        if refused and alone.failed("parameter") == check:
             found.append(text(instance.library.model.param[k].name))
     return found
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from types import MappingProxyType
 
 from bgc.building.cache import file_digest
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.parameters import NOTHING
 
 _LARGEST_TRACE = 256_000_000  # bytes that the driver `trace` reads
-_PRESENT: Mapping[str, float] = MappingProxyType({})
 
 
 def scene_identity(
-    model: LoadedModel, parameters: Mapping[str, float] = _PRESENT
+    model: LoadedModel, parameters: Mapping[str, float] = NOTHING
 ) -> tuple[str, ...]:
     """Identify a scene by its compiled content, parameters, start, device files and version of bgc.
 

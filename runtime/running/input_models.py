@@ -33,9 +33,7 @@ def compiled_again(
     Parameters that were set stay set where the new model has them. Each of the `open_inputs` has a
     parameter of its name, which is added to what drives it.
     """
-    if model.origin is None:
-        raise ValueError("a model without its source has no shapes and no inputs")
-    path, options = model.origin
+    path, options = model.source_for("shapes and no inputs")
     changed = replace(
         options,
         shapes=options.shapes or shapes,
@@ -43,9 +41,7 @@ def compiled_again(
         inputs=(*options.inputs, *open_inputs),
     )
     found = load_as(type(model), path, changed, {})
-    for name, value in model.parameters.given({}).items():
-        if found.parameters.can_set(name, value):
-            found.parameters[name] = value
+    found.parameters.take(model.parameters)
     return found
 
 

@@ -110,6 +110,15 @@ class LoadedModel:
             f"{counted(len(self.outputs), 'output')}>"
         )
 
+    def source_for(self, what: str) -> tuple[Path, Options]:
+        """The compiled file and its options, for `what`, which a model without them does not have.
+
+        Raises ValueError for such a model.
+        """
+        if self.origin is None:
+            raise ValueError(f"a model without its source has no {what}")
+        return self.origin
+
     @property
     def places(self) -> Places:
         """The places in the source that a run may report."""

@@ -16,11 +16,12 @@ are factorised in loops. `Ensemble.alone` has the reason.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -36,11 +37,12 @@ from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.examination import examine
+from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.lane_interface import LaneLibrary
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_or_compile
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.partial_ensemble import Unfinished, find_unfinished
+from bgc.runtime.running.partial_ensemble import find_unfinished
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.run_warnings import negative_among
 from bgc.values.shown_units import Shown, shown_by
@@ -64,6 +66,15 @@ class Plan:
     alone: str
     varied: tuple[str, ...]
     observables: tuple[Observable, ...] = ()
+
+    @property
+    def identity(self) -> str:
+        """The hash of everything but the machine that decides the rows."""
+        arrays = (digest_of_bytes(each.tobytes()) for each in (self.times, self.cases.values))
+        observables, columns = tuple(self.observables), self.model.facts.columns
+        method = astuple(self.method)
+        state = repr((method, self.alone, self.cases.names, observables, columns))
+        return digest_of((*scene_identity(self.model, {}), state, *arrays))
 
     def work(self, library: LaneLibrary | None, cases: Cases | None = None) -> Work:
         """Reserve the arrays for all runs, or for some `cases` of them."""
@@ -127,7 +138,7 @@ def run_many(
     decide are not.
     """
     work = plan.work(None if plan.alone else library or lane_library(plan.model))
-    unfinished = _unfinished(plan) if resume else None
+    unfinished = find_unfinished(plan.identity) if resume else None
     recalled = unfinished.load(work) if unfinished is not None else 0
     run_all(work, progress)
     if examined:
@@ -180,12 +191,6 @@ def observed_columns(model: LoadedModel) -> dict[str, tuple[str, Shown]]:
     return {variable.name: (variable.unit, variable.shown) for variable in model.outputs}
 
 
-def _unfinished(plan: Plan) -> Unfinished:
-    return find_unfinished(
-        plan.model, plan.method, plan.cases, plan.times, plan.alone, plan.observables
-    )
-
-
 def why_alone(model: LoadedModel, method: Solver, count: int, vectorised: bool) -> str:
     """Return the reason for running instances one by one; empty where batches are supported.
 
@@ -222,8 +227,7 @@ def lane_options(options: Options) -> Options:
 
 def lane_library(model: LoadedModel) -> LaneLibrary:
     """Compile a model for batches, or load it from the cache; BG742 if its source changed."""
-    assert model.origin is not None
-    path, options = model.origin
+    path, options = model.source_for("batches")
     library = LaneLibrary(load_or_compile(path, lane_options(options)).library)
     if text(library.model.hash) != text(model.library.model.hash):
         raise BgError([source_changed(str(path))])

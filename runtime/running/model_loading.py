@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -16,14 +15,12 @@ from bgc.building.recall import recall
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.parameters import NOTHING, ParameterValue
 
 _Model = TypeVar("_Model", bound=LoadedModel)
 
 Watch: TypeAlias = Callable[[str], None]
 """Called with the name of each stage of a compilation as it begins."""
-
-_NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 
 
 def load_or_compile(
@@ -51,7 +48,7 @@ def load_or_compile(
 
 
 def load_model(
-    path: Path, options: Options, parameters: Mapping[str, ParameterValue] = _NONE
+    path: Path, options: Options, parameters: Mapping[str, ParameterValue] = NOTHING
 ) -> LoadedModel:
     """Load a model from the cache, or compile it, with values of its parameters.
 

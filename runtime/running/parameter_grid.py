@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,20 +21,6 @@ DESIGNS = ("latin", "sobol", "saltelli")
 _DEFAULT_VALUES = 10  # default number of values of a range
 _MOST_INSTANCES = 1_000_000  # instances of a sweep
 _MOST_DIGITS = 18  # of a count that a message shows; Python refuses to read 4,301
-
-
-class Axis(Protocol):
-    """The values of one parameter."""
-
-    @property
-    def name(self) -> str:
-        """The parameter."""
-
-    def values(self) -> Array:
-        """Its values in a grid, SI."""
-
-    def at(self, u: Array) -> Array:
-        """Its values at numbers from 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +66,11 @@ class Listed:
         return np.asarray(self.values()[places])
 
 
-def read_axis(text: str, parameters: Parameters) -> Range | Listed:
+Axis: TypeAlias = Range | Listed
+"""The values of one parameter."""
+
+
+def read_axis(text: str, parameters: Parameters) -> Axis:
     """Read a range (`read_range`), or a list `name=1, 2, 5 kg`, also of one value.
 
     A unit behind the last value of a list is for all that have none.
@@ -183,8 +173,7 @@ def latin_hypercube(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str
     # Slow to load, and a grid does without it.
     from scipy.stats import qmc
 
-    points = qmc.LatinHypercube(d=len(axes), seed=seed).random(count)
-    return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
+    return _placed(axes, qmc.LatinHypercube(d=len(axes), seed=seed).random(count))
 
 
 def sobol(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
@@ -192,8 +181,7 @@ def sobol(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
 
     Its balance needs a power of two points: A. B. Owen, "On dropping the first Sobol' point", 2020.
     """
-    points = _sobol_points(len(axes), count, seed)
-    return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
+    return _placed(axes, _sobol_points(len(axes), count, seed))
 
 
 def saltelli(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
@@ -205,12 +193,12 @@ def saltelli(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array
     count = 1 << max(count - 1, 0).bit_length()
     both = _sobol_points(2 * len(axes), count, seed)
     a, b = both[:, : len(axes)], both[:, len(axes) :]
-    blocks = [a, b]
-    for k in range(len(axes)):
-        mixed = a.copy()
-        mixed[:, k] = b[:, k]
-        blocks.append(mixed)
-    points = np.concatenate(blocks)
+    mixed = (np.where(np.arange(len(axes)) == k, b, a) for k in range(len(axes)))
+    return _placed(axes, np.concatenate((a, b, *mixed)))
+
+
+def _placed(axes: Sequence[Axis], points: Array) -> dict[str, Array]:
+    """The values of the axes at points of the unit cube, (n, axes)."""
     return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from types import MappingProxyType
@@ -25,10 +25,11 @@ from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown_units import Shown
 
-_NONE: Mapping[str, Shown] = MappingProxyType({})
-
 ParameterValue: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
 """An SI number, a text with a unit (`"7 t"`), or a vector or matrix of these."""
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+"""No parameters, where a function takes some by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ class Parameters(Mapping[str, Parameter]):
         self,
         library: Library,
         folded: Iterable[tuple[str, float]] = (),
-        shown: Mapping[str, Shown] = _NONE,
+        shown: Mapping[str, Shown] = NOTHING,
     ) -> None:
         """Read the parameters of a library; `folded` were compiled in, `shown` are their units."""
         self._library = library
@@ -113,6 +114,12 @@ class Parameters(Mapping[str, Parameter]):
         rows = tuple((p.name, p.shown.text(p.value), p.shown.text(p.default)) for p in found)
         note = f"{len(self.folded)} compiled in, see `folded`" if self.folded else ""
         return table_html(Table("parameters", ("name", "value", "default"), rows, note))
+
+    def take(self, others: Parameters, *, but: Collection[str] = ()) -> None:
+        """Set what is set in others, as far as it has a place here; some names may stay."""
+        for name, value in others.given({}).items():
+            if name in self._index and name not in but:
+                self[name] = value
 
     def can_set(self, name: str, value: ParameterValue) -> bool:
         """Return whether a value can be set: a parameter of that name, or a vector for a vector."""

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from bgc.building.cache import digest_of, digest_of_bytes, open_cache
+from bgc.building.cache import digest_of, open_cache
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.diagnostic import BgError
-from bgc.language.solver import Solver
-from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays
-from bgc.runtime.results.observables import Observable
 from bgc.runtime.running.batches import Work
-from bgc.runtime.running.cases import Cases
-from bgc.runtime.running.identity import scene_identity
-from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.run_warnings import read_warnings, written_warnings
 
 FOLDER = "sweeps"  # of the cache
@@ -67,29 +60,7 @@ class Unfinished:
         return True
 
 
-def find_unfinished(
-    model: LoadedModel,
-    method: Solver,
-    cases: Cases,
-    times: Array,
-    alone: str,
-    observables: Sequence[Observable] = (),
-) -> Unfinished:
-    """Find the file of an ensemble, by everything that decides its rows."""
-    key = (ensemble_identity(model, method, cases, times, alone, observables), machine_identity())
-    return Unfinished(open_cache().root / FOLDER / f"{digest_of(key)}.npz")
-
-
-def ensemble_identity(
-    model: LoadedModel,
-    method: Solver,
-    cases: Cases,
-    times: Array,
-    alone: str,
-    observables: Sequence[Observable] = (),
-) -> str:
-    """Hash everything but the machine that decides the rows of an ensemble."""
-    arrays = (digest_of_bytes(each.tobytes()) for each in (times, cases.values))
-    columns = model.facts.columns
-    state = repr((astuple(method), alone, cases.names, tuple(observables), columns))
-    return digest_of((*scene_identity(model, {}), state, *arrays))
+def find_unfinished(ensemble: str) -> Unfinished:
+    """Find the file of an ensemble, by its identity (`Plan.identity`) on this machine."""
+    key = digest_of((ensemble, machine_identity()))
+    return Unfinished(open_cache().root / FOLDER / f"{key}.npz")

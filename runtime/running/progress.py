@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
 if TYPE_CHECKING:
@@ -18,42 +17,43 @@ _AFTER_SECONDS = 1.0
 _Item = TypeVar("_Item")
 
 
-class ProgressBar:
-    """A bar for simulated time or other work, shown after one second.
+class _OnTerminal:
+    """What is drawn on the terminal during a `with` statement.
 
     Nothing is drawn or imported unless `wanted` and standard error is a terminal.
     """
 
-    def __init__(
-        self, end: float, wanted: bool, label: str = "simulating", unit: str = " s"
-    ) -> None:
-        self._end = end
-        self._label, self._unit = label, unit
-        self._start = time.monotonic()
+    def __init__(self, wanted: bool) -> None:
         self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
-        self._drawn: tuple[Progress, TaskID] | None = None
+        self._drawn: Progress | Status | None = None
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._drawn is not None:
-            with suppress(OSError):
-                self._drawn[0].stop()
+            with suppress(OSError):  # the terminal was closed
+                self._drawn.stop()
+
+
+class ProgressBar(_OnTerminal):
+    """A bar for simulated time or other work, shown after one second."""
+
+    def __init__(
+        self, end: float, wanted: bool, label: str = "simulating", unit: str = " s"
+    ) -> None:
+        super().__init__(wanted)
+        self._end = end
+        self._label, self._unit = label, unit
+        self._start = time.monotonic()
+        self._bar: tuple[Progress, TaskID] | None = None
 
     def show(self, reached: float) -> None:
         """Update the bar: the run has reached a time."""
         if not self._wanted or time.monotonic() - self._start < _AFTER_SECONDS:
             return
         try:
-            if self._drawn is None:
-                self._drawn = self._draw()
-            bar, task = self._drawn
+            bar, task = self._bar = self._bar or self._draw()
             bar.update(task, completed=reached)
         except OSError:  # the terminal was closed, and the run goes on
             self._wanted = False
@@ -63,7 +63,7 @@ class ProgressBar:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        bar = Progress(
+        self._drawn = bar = Progress(
             TextColumn(self._label),
             BarColumn(),
             TextColumn("{task.completed:.3g} of {task.total:.3g}" + self._unit),
@@ -83,39 +83,24 @@ def tracked(items: Sequence[_Item], wanted: bool, label: str, unit: str = "") ->
             yield item
 
 
-class StatusLine:
-    """A line on the terminal that says what goes on at present.
+class StatusLine(_OnTerminal):
+    """A line on the terminal that says what goes on at present."""
 
-    Nothing is drawn or imported unless `wanted` and standard error is a terminal.
-    """
-
-    def __init__(self, wanted: bool) -> None:
-        self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
-        self._drawn: Status | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._drawn is not None:
-            self._drawn.stop()
+    _line: Status | None = None
 
     def show(self, text: str) -> None:
         """Replace the text of the line."""
         if not self._wanted:
             return
-        if self._drawn is None:
+        if self._line is None:
             # Slow to load, and a model from the cache does without it.
             from rich.console import Console
 
-            self._drawn = Console(stderr=True, highlight=False).status(text, spinner="line")
-            self._drawn.start()
-        self._drawn.update(text)
+            self._drawn = self._line = Console(stderr=True, highlight=False).status(
+                text, spinner="line"
+            )
+            self._line.start()
+        self._line.update(text)
 
 
 class CompilingLine(StatusLine):

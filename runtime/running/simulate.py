@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.parameters import NOTHING, ParameterValue
 from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.recommendation import recommended_method
 from bgc.runtime.running.rows import RowTimes, lazy_times, row_times
@@ -33,7 +32,6 @@ from bgc.runtime.running.run_warnings import run_warnings
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.subtolerance import Undecided, subtolerance_states, undecided
 
-_NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 _NOT_GIVEN = Solver()
 _ROWS = 201  # of a run whose end alone is asked for, to see whether rounding decides it
 
@@ -42,7 +40,7 @@ def simulate(
     model: LoadedModel,
     method: Solver,
     times: Array,
-    parameters: Mapping[str, ParameterValue] = _NONE,
+    parameters: Mapping[str, ParameterValue] = NOTHING,
     progress: bool = False,
     notices: Sequence[Diagnostic] = (),
     devices: Choices = NO_CHOICES,
@@ -88,7 +86,7 @@ def raise_where_ended(
 def method_of(
     model: LoadedModel,
     given: Solver = _NOT_GIVEN,
-    parameters: Mapping[str, ParameterValue] = _NONE,
+    parameters: Mapping[str, ParameterValue] = NOTHING,
 ) -> tuple[Solver, tuple[Diagnostic, ...]]:
     """Choose the method of a run: the caller's, else the scene's, else the default.
 
@@ -175,7 +173,7 @@ def rounding_warnings(
     model: LoadedModel,
     method: Solver,
     times: Array,
-    parameters: Mapping[str, ParameterValue] = _NONE,
+    parameters: Mapping[str, ParameterValue] = NOTHING,
     *,
     cure: bool = True,
 ) -> Iterator[Diagnostic]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -20,12 +19,10 @@ from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.parameters import NOTHING, ParameterValue
 from bgc.runtime.running.resolution import observed_scales
 from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.structures import Status
-
-_NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 
 _DECIDES = 0.1  # of the range: a larger change shows that the tolerance decides
 _CURED = 0.01  # of the range: a smaller change shows that it does not
@@ -89,7 +86,7 @@ def undecided(
     instance: Instance,
     times: Array,
     rows: Array,
-    parameters: Mapping[str, ParameterValue] = _NONE,
+    parameters: Mapping[str, ParameterValue] = NOTHING,
     *,
     cure: bool = True,
 ) -> Undecided | None:

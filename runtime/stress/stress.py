@@ -260,8 +260,8 @@ class _Session:
         shown = {p.name: p.shown for p in known}
         found = tuple(read_drive(text, units, shown) for text in texts)
         if not found:
-            assert self.model.origin is not None
-            graph = compile_scene(*self.model.origin, until="elaborate").graph
+            source = self.model.source_for("drives")
+            graph = compile_scene(*source, until="elaborate").graph
             found = all_drives(graph, known, self.duration)
         found = tuple(self._with_own(drive, {p.name: p.value for p in known}) for drive in found)
         self._driven = {drive.name: drive for drive in found}
@@ -349,8 +349,7 @@ class _Session:
             for name, value in values.items():
                 model.parameters[name] = value
             return model
-        assert model.origin is not None
-        path, options = model.origin
+        path, options = model.source_for("constants")
         given: dict[str, Any] = {**dict(options.overrides), **values}
         return load_model(path, replace(options, overrides=(), strict=False, preview=False), given)
 

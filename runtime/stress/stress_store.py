@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field
 
+from bgc.building.record_json import from_json, to_json
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.judging import Accuracy, Note, note_of
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.stress.stress_judge import Judgement, Verdict
+from bgc.runtime.stress.stress_judge import Judgement
 
 _EVERY = 1.0  # s between two writes
 
@@ -43,10 +42,7 @@ class Store:
 
     def write(self) -> None:
         """Write all points; a full disk is ignored."""
-        points = {
-            name: {**asdict(found), "verdict": found.verdict.value}
-            for name, found in self.points.items()
-        }
+        points = {name: to_json(found) for name, found in self.points.items()}
         self.note.write({"nominal": self.nominal, "points": points})
         self.written = time.monotonic()
 
@@ -60,14 +56,10 @@ def open_store(
         return store
     with suppress(TypeError, KeyError, ValueError):  # nothing, or damaged
         value = store.note.read()
-        points = {name: _judgement(found) for name, found in value["points"].items()}
+        points = {name: from_json(Judgement, found) for name, found in value["points"].items()}
         seconds, steps, part = map(float, value["nominal"])
         store.nominal, store.points = (seconds, steps, part), points
     return store
-
-
-def _judgement(value: Mapping[str, Any]) -> Judgement:
-    return Judgement(**{**value, "verdict": Verdict(value["verdict"])})
 
 
 def _name(settings: Settings, end: float) -> str:

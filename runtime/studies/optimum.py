@@ -11,7 +11,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_rows
 from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import Criterion, Observable
 from bgc.runtime.studies.found_parameters import FoundParameters
@@ -129,20 +129,14 @@ class Optimum(FoundParameters):
 
     def to_csv(self, path: str | Path) -> None:
         """Write `name,best,start,low,high`: parameters, the objective and limits, SI numbers."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8") as file:
-            file.write("name,best,start,low,high\n")
-            for k, name in enumerate(self.names):
-                cells = (self.values[k], self.start[k], self.low[k], self.high[k])
-                file.write(f"{name},{','.join(repr(float(x)) for x in cells)}\n")
-            quoted = f'"{self.goal.name}"'
-            file.write(f"{quoted},{self.objective!r},{self.at_start!r},,\n")
-            for each in self.limits:
-                ends = (",", repr(each.criterion.limit))
-                low, high = ends if each.criterion.below else ends[::-1]
-                file.write(
-                    f'"{each.criterion.observable.name}",{each.value!r},,{low.strip(",")},'
-                    f"{high.strip(',')}\n"
-                )
+        columns = (self.names, self.values, self.start, self.low, self.high)
+        rows: list[tuple[object, ...]] = [*zip(*columns, strict=True)]
+        rows.append((self.goal.name, self.objective, self.at_start, None, None))
+        for each in self.limits:
+            limit = each.criterion.limit
+            ends = (None, limit) if each.criterion.below else (limit, None)
+            rows.append((each.criterion.observable.name, each.value, None, *ends))
+        write_rows(path, ("name", "best", "start", "low", "high"), rows)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw the objective and the largest excess over the runs; return the figure."""

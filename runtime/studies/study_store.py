@@ -14,7 +14,6 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.runtime.results.columns import optional_package
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.many import Plan
-from bgc.runtime.running.partial_ensemble import ensemble_identity
 from bgc.runtime.running.run_warnings import read_warnings, written_warnings
 from bgc.runtime.studies.chunks import Chunk
 
@@ -40,14 +39,7 @@ class Store:
         zarr = optional_package("zarr", "a `.zarr` store", "cluster")
         self.path = str(path)
         self._selection = plan.model.selection()
-        identity = digest_of(
-            (
-                ensemble_identity(
-                    plan.model, plan.method, plan.cases, plan.times, plan.alone, plan.observables
-                ),
-                design,
-            )
-        )
+        identity = digest_of((plan.identity, design))
         try:
             try:
                 Path(path).mkdir(parents=True)  # by one of several processes

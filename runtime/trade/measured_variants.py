@@ -43,7 +43,7 @@ def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant,
         BG064 for a malformed statement, BG093 if no slot with another fitting type matches a
         pattern, and the errors of elaboration.
     """
-    path, options = _origin(session.model)
+    path, options = session.model.source_for("variants")
     by_slot = _types_by_slot(path, options)
     found: list[Variant] = []
     for pattern in patterns:
@@ -155,12 +155,9 @@ def _changed(configurations: Sequence[Configuration], variant: Variant) -> list[
 
 def _session_of(session: Session, variant: Variant) -> Session:
     """Make a session for the scene with changed lines."""
-    path, options = _origin(session.model)
+    path, options = session.model.source_for("variants")
     model = load_model(path, with_changes(options, variant))
-    changed = {change.name for change in variant}
-    for name, value in session.model.parameters.given({}).items():
-        if name in model.parameters and name not in changed:
-            model.parameters[name] = value
+    model.parameters.take(session.model.parameters, but=[change.name for change in variant])
     return replace(session, model=model, audited=audited(model))
 
 
@@ -170,12 +167,5 @@ def audited(model: LoadedModel) -> LoadedModel | None:
         return None
     path, options = model.origin
     found = load_model(path, replace(options, audited=True))
-    for name, value in model.parameters.given({}).items():
-        found.parameters[name] = value
+    found.parameters.take(model.parameters)
     return found
-
-
-def _origin(model: LoadedModel) -> tuple[Path, Options]:
-    if model.origin is None:
-        raise ValueError("a model without its source has no variants")
-    return model.origin

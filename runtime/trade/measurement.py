@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.trade.configurations import Configuration
 
 DONE, FAILED, REFUSED = "done", "failed", "refused"
@@ -91,22 +89,3 @@ class Measurement:
     def real_time_factor(self) -> float:
         """Seconds of the scene for a second of processor time."""
         return 1.0 / self.cpu if self.cpu > 0 else float("inf")
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the value for a JSON file."""
-        return asdict(self)
-
-
-def measurement_from_json(value: Any) -> Measurement:
-    """Read a value of `as_json`; KeyError, TypeError or ValueError for any other."""
-    fields = dict(value)
-    given = dict(fields.pop("configuration"))
-    given["changes"] = tuple(Change(**change) for change in given["changes"])
-    errors: Sequence[float] = fields.pop("errors")
-    slowest: Sequence[float] = fields.pop("slowest", ())
-    return Measurement(
-        Configuration(**given),
-        errors=tuple(map(float, errors)),
-        slowest=tuple(map(float, slowest)),
-        **fields,
-    )

@@ -15,12 +15,13 @@ import shutil
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bgc.building.cache import digest_of, open_cache, write_aside
+from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
 from bgc.runtime.results.files import write_arrays
@@ -28,7 +29,7 @@ from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.recommendation import keep_recommendation, scene_folder
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.measurement import Measurement, measurement_from_json
+from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.reference_solution import Reference
 
 _DAMAGED = (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile)
@@ -49,13 +50,13 @@ class Store:
         """Read the measurement of a configuration of a model with that content, if there is one."""
         with suppress(*_DAMAGED):
             value = json.loads(self._row(content, configuration).read_text(encoding="utf-8"))
-            found = measurement_from_json(value)
+            found: Measurement = from_json(Measurement, value)
             return found if found.configuration == configuration else None
         return None
 
     def keep(self, content: str, measurement: Measurement) -> None:
         """Store a finished measurement."""
-        self._write(self._row(content, measurement.configuration), measurement.as_json())
+        self._write(self._row(content, measurement.configuration), to_json(measurement))
 
     def reference(self) -> Reference | None:
         """Read the stored reference, if there is one."""
@@ -76,8 +77,7 @@ class Store:
     def keep_reference(self, reference: Reference) -> None:
         """Store the reference, and delete measurements against another one."""
         self.clear()
-        names = [field.name for field in fields(reference) if field.name != "rows"]
-        about = {name: getattr(reference, name) for name in names}
+        about = {name: value for name, value in to_json(reference).items() if name != "rows"}
         with self._noted():
             self.folder.mkdir(parents=True, exist_ok=True)
             text = np.array(json.dumps(about))

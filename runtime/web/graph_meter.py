@@ -20,9 +20,7 @@ def graph_content(model: LoadedModel) -> dict[str, Any]:
 
     Raises BgError: the faults of the model, BG545 and BG547.
     """
-    assert model.origin is not None, "a model with a source"
-    path, options = model.origin
-    stages, description = metered_stages(path, options)
+    stages, description = metered_stages(*model.source_for("graph"))
     meter = Meter(stages.built, model)
     known = {name: k for k, name in enumerate(meter.parameters)}
     return {

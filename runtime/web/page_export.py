@@ -84,7 +84,6 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     """
     require_zig()
     script = bundle()
-    assert model.origin is not None, "a model with a source"
     seconds = dict(stages.seconds)
     begin = perf_counter()
     settings, notices = run_settings(model)
@@ -92,7 +91,7 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     begin = perf_counter()
     module = emitted_module(stages.emitted, open_cache())
     seconds["WebAssembly"] = perf_counter() - begin
-    name = model.origin[0].name
+    name = model.source_for("page")[0].name
     content = page_content(model, stages.built.places, name, settings, module)
     bonds = len(stages.graph.bonds)
     if bonds > MOST_BONDS:

@@ -44,19 +44,13 @@ CODES = {
 }
 
 
-def instance(failed_state=0):
+def instance(**places):
+    at = {"device": -1, **places}
     return SimpleNamespace(
         library=SimpleNamespace(model=MODEL),
         time=1.5,
-        failed_state=failed_state,
-        failed_assertion=0,
-        failed_parameter=0,
         given={},
-        failed_switch=0,
-        failed_divisor=0,
-        failed_jump=0,
-        failed_held=0,
-        failed_device=-1,
+        failed=lambda what: at.get(what, 0),
         device_reason="",
         failed_time=1.25,
         failed_chain="crank, rod",
@@ -78,7 +72,7 @@ def test_every_status_that_a_user_can_meet_is_covered():
 def test_the_time_the_state_and_the_models_own_words_are_named():
     assert "1.5 s" in explain(instance(), Status.NOT_FINITE).message
     assert "coil.p" in explain(instance(), Status.NOT_FINITE).message
-    assert "state" not in explain(instance(failed_state=-1), Status.NOT_FINITE).message
+    assert "state" not in explain(instance(state=-1), Status.NOT_FINITE).message
     assert "too far" in explain(instance(), Status.ASSERTION).message
     assert "inertia of `coil`" in explain(instance(), Status.BAD_PARAMETER).message
 
@@ -106,8 +100,7 @@ def test_a_divisor_that_vanishes_is_named_with_its_time_and_its_states():
 
 
 def test_initial_values_that_the_parameters_put_out_of_reach():
-    failed = instance()
-    failed.failed_parameter = 1  # n_param + n_check
+    failed = instance(parameter=1)  # n_param + n_check
     diagnostic = explain(failed, Status.BAD_PARAMETER, Places(start=("leak", "core")))
     assert diagnostic.code == "BG732"
     assert "of `leak` and `core` hold" in diagnostic.message
@@ -123,7 +116,7 @@ def test_a_fault_names_the_devices_that_may_have_reported_it(names, words):
         model=SimpleNamespace(device=[SimpleNamespace(name=n) for n in names], n_device=len(names))
     )
     assert words in explain(faulty, Status.DEVICE).message
-    faulty.failed_device, faulty.device_reason = len(names) - 1, "no\x1b answer"
+    faulty.failed, faulty.device_reason = lambda what: len(names) - 1, "no\x1b answer"
     named = f"device `{names[-1].decode()}` reported"
     message = explain(faulty, Status.DEVICE).message
     assert named in message and message.endswith(r": no\x1b answer")

@@ -213,5 +213,5 @@ def test_the_command_prints_the_design_and_writes_it(file, tmp_path):
     assert "max(force) < 60 N  60 N   reached" in done.output
     lines = out.read_text().splitlines()
     assert lines[0] == "name,best,start,low,high" and lines[1].startswith("k,200.")
-    assert lines[3].startswith('"max(force)",') and lines[3].endswith(",,,60.0")
+    assert lines[3].startswith("max(force),") and lines[3].endswith(",,,60.0")
     assert plot.read_bytes().startswith(b"\x89PNG")

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
@@ -20,7 +21,7 @@ from bgc.runtime.trade.configurations import (
     step_ladder,
 )
 from bgc.runtime.trade.judge import Target, front, judge
-from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement, measurement_from_json
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference_solution import find_reference
 
 TIP = Quantity("tip", "m", scale=5e-3, required=True, decides=True)
@@ -339,4 +340,4 @@ def test_a_measurement_survives_storage() -> None:
 
     changes = (Change("a", "B"), Change("c", "0", is_use=False))
     row = measured(Configuration("rk4", step=0.1, changes=changes), 1.0, 2.0, residual=1e-7)
-    assert measurement_from_json(json.loads(json.dumps(row.as_json()))) == row
+    assert from_json(Measurement, json.loads(json.dumps(to_json(row)))) == row
