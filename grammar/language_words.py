@@ -1,42 +1,15 @@
 """The words of the language: where each begins a statement, its form, and its meaning.
 
-One row a word. The parser's messages take the forms from here, `bgc doc` the texts; a test
-compares the rows with the terminals of `bgc.lark`.
+One row a word; those of scenes are in `scene_statements.py`. The parser's messages take the forms
+from here, `bgc doc` the texts; a test compares the rows with the terminals of `bgc.lark`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from enum import Enum
 
-
-class Reserved(Enum):
-    """The places in which a word cannot be a name."""
-
-    EVERYWHERE = "everywhere"
-    IN_SCENES = "in scenes"
-    NOWHERE = "nowhere"
-
-
-@dataclass(frozen=True, slots=True)
-class Word:
-    """A word of the language.
-
-    `begins` are the kinds of blocks in which it begins a statement. `form` says how the statement
-    is written, as messages quote it. `summary` is one sentence, `doc` are further paragraphs,
-    `example` is text of a `.bg` file.
-    """
-
-    word: str
-    summary: str
-    begins: tuple[str, ...] = ()
-    form: str = ""
-    doc: tuple[str, ...] = ()
-    example: str = ""
-    related: tuple[str, ...] = ()
-    reserved: Reserved = Reserved.EVERYWHERE
-
+from bgc.grammar.scene_statements import SCENE_STATEMENTS
+from bgc.grammar.word import Reserved, Word
 
 _FILE = (
     Word(
@@ -388,163 +361,6 @@ _STATEMENTS = (
     Word("not", "True where the condition is false.", related=("and", "or")),
 )
 
-_SCENE = (
-    Word(
-        "use",
-        "Fills a slot with another type.",
-        ("scene",),
-        "a slot is filled by `use part.slot = Type(arguments);`",
-        (
-            "A slot is a part whose type is an interface, or which declares a default: "
-            "`lock : Lock[5] = Compliant[5];`. The type must fit the interface. On the command "
-            "line: `--use`.",
-        ),
-        "use crane.elbow.lock = Rigid[5];\nuse crane = TelescopicCrane;",
-        ("interface", "set"),
-    ),
-    Word(
-        "set",
-        "Gives a parameter or constant another value.",
-        ("scene",),
-        "a parameter is set by `set part.name = value;`",
-        ("One component too: `set M[1, 2] = 0;`. On the command line: `--set`.",),
-        "set crane.boom.mass = 7 t;",
-        ("param", "use"),
-    ),
-    Word(
-        "device",
-        "Opens a haptic device, or a driver that plays a recorded motion.",
-        ("scene",),
-        'a device is `device name = driver(file = "a.csv");`',
-        (
-            "Its channels are read by name (`hand.position`) and sampled at every `step`. The "
-            "driver `trace` plays a CSV file.",
-        ),
-        'device hand = trace(file = "up_down_up.csv");\ndrive handle.x = hand.position;',
-        ("drive", "devices"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "drive",
-        "Gives an input of the model, or a command to a device, its value.",
-        ("scene",),
-        "an input is driven by `drive part.input = value;`",
-        ("The value may depend on time, on devices and on the model.",),
-        "drive handle.x = hand.position;\ndrive hand.force = handle.force;",
-        ("input", "device"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "observe",
-        "Makes a value a column of the result.",
-        ("scene",),
-        "outputs are `observe value as name in unit, other;`",
-        (
-            "Only what the scene observes, drives or requires is compiled. A vector becomes a "
-            "column for each component. An expression needs a name, by `as`. A column in a unit "
-            "other than that of SI, by `in`, has the unit in its name. Energy accounts are "
-            "`energy.stored`, `energy.supplied`, `energy.dissipated` and `energy.residual`.",
-        ),
-        "observe capacitor.e as voltage, loop.f in mA, energy.residual;",
-        ("as", "energy", "plot", "keep"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "plot",
-        "A panel of the plot that `bgc run --plot` draws.",
-        ("scene",),
-        "a panel of the plot is `plot name, other;` or `plot name against other;`",
-        ("It names observed columns. Without any `plot`, there is a panel for each unit.",),
-        "plot tip_height, handle_z;\nplot force against elevation;",
-        ("observe", "against"),
-        Reserved.NOWHERE,
-    ),
-    Word(
-        "require",
-        "The accuracy wanted of a value, for `bgc trade` and `solver auto`; or a limit of one.",
-        ("scene",),
-        "a requirement is `require value within tolerance;` or `require column < limit;`",
-        (
-            "The tolerance is absolute, in the unit of the value.",
-            "A limit is a criterion of `bgc operability`.",
-        ),
-        "require tip_height within 1 mm;\nrequire abs(roll) < 3 deg;",
-        ("deadline", "within"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "keep",
-        "Keeps states, parts or parameters that would be folded or left out.",
-        ("scene",),
-        "a `keep` statement is `keep x, y;`",
-        example="keep crane.pedestal;",
-        related=("observe",),
-        reserved=Reserved.NOWHERE,
-    ),
-    Word(
-        "deadline",
-        "The processor time that one step, or all steps between two samples, may take.",
-        ("scene",),
-        "a deadline is `deadline 1 ms;` or `deadline 1 ms, hold;`",
-        (
-            "`bgc trade` and `solver auto` choose a configuration that meets it. In real time a "
-            "policy says what happens where a period is missed: `hold` leaves it out, `skip` "
-            "catches up without the device, `slow` lets simulated time run slower.",
-        ),
-        "deadline 1 ms;\ndeadline 1 ms, skip;",
-        ("require", "step", "BG776"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "solver",
-        "The integration method and its options.",
-        ("scene",),
-        "a solver is `solver name(rtol = 1e-8);`",
-        (
-            "Without it: `ros34prw` where the scene has a `step`, else `rodas5p`; where explicit "
-            "steps may cost less `switching_fixed` or `switching`. `solver auto;` "
-            "takes what `bgc trade` recommended for the scene.",
-        ),
-        "solver rodas5p(rtol = 1e-8);\nsolver ros34prw(step = 1 ms, settle = 20 Hz);",
-        ("methods", "step", "require"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "step",
-        "The fixed step, and the period at which devices are sampled.",
-        ("scene",),
-        "a step is `step 1 ms;`",
-        example="step 1 ms;",
-        related=("solver", "device", "deadline"),
-        reserved=Reserved.IN_SCENES,
-    ),
-    Word(
-        "run",
-        "The simulated time, and the interval between rows.",
-        ("scene",),
-        "a run is `run 60 s every 10 ms;`",
-        ("Without `every`: a row for each fixed step, otherwise 1,000 equal intervals.",),
-        "run 60 s every 10 ms;",
-        ("every", "step"),
-        Reserved.IN_SCENES,
-    ),
-    Word(
-        "start",
-        "Starts a run at rest: at the nearest state at which all rates vanish.",
-        ("scene",),
-        "a start at rest is `start rest;` or `start rest hold value, .. vary parameter, ..;`",
-        (
-            "The state nearest to the initial values, in the scales of the states; what nothing "
-            "restores stays where it was put. Inputs, devices and sources have their first values. "
-            "The run's summary has the residual and the largest moves; where there is no such "
-            "state, the rates that remain are named (BG760). On the command line: `--rest`.",
-        ),
-        "start rest;\nstart rest hold crane.elbow.angle;",
-        ("rest", "hold", "vary", "run"),
-        Reserved.NOWHERE,
-    ),
-)
-
 _SOFT = tuple(
     Word(word, summary, begins, form, doc, example, related, Reserved.NOWHERE)
     for word, summary, begins, form, doc, example, related in (
@@ -593,30 +409,6 @@ _SOFT = tuple(
             ("domain", "effort"),
         ),
         (
-            "as", "Gives an observed value a name.", (), "", (),
-            "observe tip.r.z as height;", ("observe",),
-        ),
-        (
-            "against", "Names the horizontal axis of a panel; time without it.", (), "", (),
-            "plot force against elevation;", ("plot",),
-        ),
-        (
-            "within", "Stands before the tolerance of `require`.", (), "", (),
-            "require height within 1 mm;", ("require",),
-        ),
-        (
-            "rest", "The state at which all rates vanish, in `start rest`.", (), "", (),
-            "start rest;", ("start",),
-        ),
-        (
-            "hold", "Names values that a start at rest keeps as they are given.", (), "", (),
-            "start rest hold crane.elbow.angle;", ("start",),
-        ),
-        (
-            "vary", "Names parameters that a start at rest may change.", (), "", (),
-            "start rest hold elbow.angle vary elbow_drive.torque;", ("start",),
-        ),
-        (
             "from", "Stands before the first end of a shape.", (), "", (),
             "shape rope from a.tip to b;", ("shape",),
         ),
@@ -632,15 +424,15 @@ _SOFT = tuple(
             "colour", "Stands before the colour of a shape.", (), "", (),
             'shape sphere(1 m) colour "red";', ("shape",),
         ),
-        (
-            "every", "Stands before the interval between rows.", (), "", (),
-            "run 60 s every 10 ms;", ("run",),
-        ),
     )
 )  # fmt: skip
 
 TABLE: Mapping[str, Word] = {
-    row.word: row for row in (*_FILE, *_VALUES, *_STATEMENTS, *_SCENE, *_SOFT)
+    row.word: row
+    for row in (
+        *(*_FILE, *_VALUES, *_STATEMENTS, *SCENE_STATEMENTS.values(), *_SOFT),
+        *(clause for row in SCENE_STATEMENTS.values() for clause in row.clauses),
+    )
 }
 """All words of the language."""
 

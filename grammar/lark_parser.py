@@ -44,7 +44,7 @@ def build_parser(*, strict: bool = False) -> Lark:
     """
     return Lark(
         _GRAMMAR.read_text(encoding="utf-8"),
-        start=["start", "setting"],
+        start=["file", "setting"],
         parser="lalr",
         lexer="contextual",
         maybe_placeholders=True,

@@ -19,6 +19,7 @@ from bgc.grammar.error_context import (
 )
 from bgc.grammar.language_words import SCENE_WORDS
 from bgc.grammar.peers import keyword_advice
+from bgc.grammar.scene_statements import SCENE_STATEMENTS
 
 _POWER = r"(?:\^(-?[0-9]+(?:\.[0-9]+)?))?"
 _RECIPROCAL = re.compile(
@@ -27,6 +28,7 @@ _RECIPROCAL = re.compile(
 _GROUPS = re.compile(r"[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")  # of thousands
 _UNIT_WORDS = re.compile(r"[A-Za-z_]\w*(?:\^-?[0-9.]+)?(?:[*/][A-Za-z_]\w*(?:\^-?[0-9.]+)?)*")
 _DECIMALS = re.compile(r"\d+")
+_CHOOSE = frozenset(row.word.upper() for row in SCENE_STATEMENTS.values() if row.chooses)
 _OPERAND_STARTS = frozenset("NAME NUMBER TIME DER TEXT LPAR".split())
 
 
@@ -70,7 +72,7 @@ def two_operands(context: ErrorContext, found: Token) -> Explanation | None:
         return None
     if previous.type not in OPERAND_ENDS or found.type not in _OPERAND_STARTS:
         return None
-    if context.at_start_of_line() or "DEADLINE" in types_of_statement(context):
+    if context.at_start_of_line() or _CHOOSE.intersection(types_of_statement(context)):
         return None
     word = previous.rpartition(" ")[2] if " " in previous else ""
     if advice := keyword_advice(word) if previous.type == "NUMBER" else "":

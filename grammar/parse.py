@@ -154,7 +154,7 @@ class _Parsing:
     on behind the next `;` or `}` of that block. Where a single sign is missing, it is inserted.
     """
 
-    def __init__(self, source: Source, start: str = "start") -> None:
+    def __init__(self, source: Source, start: str = "file") -> None:
         self.source = source
         self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
@@ -259,7 +259,7 @@ class _Parsing:
             self.tokens,
             self._open,
             frozenset(self._parser.accepts()),
-            "file" if self._start == "start" else self._start,
+            self._start,
         )
         explanation = explain(context)
         if at != self._last_error:  # otherwise it follows from the one before

@@ -128,7 +128,7 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """`"up_down_up.csv"`: an argument of a device, or the message of an `assert`."""
+    """`"up_down_up.csv"`: an argument of a device; or a word that a statement chooses."""
 
     value: str
     span: Span
@@ -467,19 +467,6 @@ class Keep:
 
 
 @dataclass(frozen=True, slots=True)
-class Deadline:
-    """`deadline 1 ms, hold;`: the computing time that a step may take, and what happens beyond it.
-
-    `policy` is the word of the overrun policy, None without one, `policy_span` its place.
-    """
-
-    value: Expr
-    policy: str | None
-    policy_span: Span | None
-    span: Span
-
-
-@dataclass(frozen=True, slots=True)
 class Solver:
     """`solver rodas5p(rtol = 1e-8);`."""
 
@@ -489,19 +476,15 @@ class Solver:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """`step 1 ms;`: the fixed step, and the period at which devices are sampled."""
+class Fact:
+    """`step 1 ms;`, `run 60 s every 10 ms;`, `deadline 1 ms, hold;`: facts of the run.
 
-    value: Expr
-    span: Span
+    `values` are named by the fields of the record of a run that they state (see
+    `scene_statements.py`); a word that is chosen, such as `hold`, is a `Text`.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """`run 60 s every 10 ms;`."""
-
-    duration: Expr
-    every: Expr | None
+    word: str
+    values: tuple[Argument, ...]
     span: Span
 
 
@@ -515,19 +498,7 @@ class Start:
 
 
 SceneItem: TypeAlias = (
-    Use
-    | Set
-    | Device
-    | Drive
-    | Observe
-    | Plot
-    | Require
-    | Keep
-    | Deadline
-    | Solver
-    | Step
-    | Run
-    | Start
+    Use | Set | Device | Drive | Observe | Plot | Require | Keep | Solver | Fact | Start
 )
 
 # --- declarations -----------------------------------------------------------------------

@@ -16,6 +16,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.language_words import SCENE_WORDS
+from bgc.grammar.scene_statements import SCENE_STATEMENTS, SceneStatement
 from bgc.grammar.tokens import ParseTree
 from bgc.grammar.transform_expressions import (
     MAX_DEPTH,
@@ -359,24 +360,22 @@ class _Transform(ExpressionTransform):
                 return [syntax.Require(self.expression(value), within, span)]
             case "keep":
                 return [syntax.Keep(self.expression(c), self.span(c)) for c in children[1:]]
-            case "deadline":
-                _, value, policy = children
-                place = None if policy is None else self.span(policy)
-                word = None if policy is None else str(policy)
-                return [syntax.Deadline(self.expression(value), word, place, span)]
             case "solver":
                 _, name, arguments = children
                 return [syntax.Solver(str(name), self.arguments(arguments), span)]
-            case "step":
-                return [syntax.Step(self.expression(children[1]), span)]
-            case "run":
-                _, duration, _, every = children
-                return [
-                    syntax.Run(self.expression(duration), self._optional_expression(every), span)
-                ]
-            case "start_at":
+            case "start":
                 return [self._start(tree)]
-        raise AssertionError(tree.data)
+        return [self._fact(SCENE_STATEMENTS[tree.data], children, span)]
+
+    def _fact(self, row: SceneStatement, children: list[Any], span: Span) -> syntax.Fact:
+        """Take the values and the chosen words from the places that the row names."""
+        values: list[syntax.Argument] = []
+        for name, place in row.gives.items():
+            if (found := children[place]) is not None:
+                chosen = syntax.Text(str(found), self.span(found)) if name in row.chooses else None
+                value = chosen or self.expression(found)
+                values.append(syntax.Argument(name, value, value.span))
+        return syntax.Fact(row.word, tuple(values), span)
 
     def _start(self, tree: ParseTree) -> syntax.Start:
         """Divide the paths behind `start rest` into those after `hold` and those after `vary`."""

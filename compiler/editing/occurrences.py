@@ -19,6 +19,7 @@ from bgc.editing.symbols import (
     type_symbol,
 )
 from bgc.grammar import syntax
+from bgc.grammar.scene_statements import expressions_in, statement_of
 from bgc.language.scene_tables import ACCOUNTS
 from bgc.resolution.modules import Module, WholeScene
 from bgc.resolution.scene_inheritance import text_of
@@ -321,33 +322,11 @@ class _Walk:
         return scene_symbol(seen[0].declaration, self.module) if seen else None
 
     def _scene_item(self, item: syntax.SceneItem, region: Region, columns: Members) -> None:
-        match item:
-            case syntax.Use():
-                self._all((item.slot,), region)
-                self._type_use(item.type, region)
-            case syntax.Set() | syntax.Drive():
-                self._all((item.target, item.value), region)
-            case syntax.Device():
-                place = self._words.name_after(item.span.start, item.name)
-                self._note(place, region.names.get(item.name))
-                self._all((a.value for a in item.arguments), region)
-            case syntax.Observe():
-                self._all((item.value,), region)
-            case syntax.Plot():
-                shown = region.with_names(columns)
-                self._all((*item.columns, item.against), shown)
-            case syntax.Require():
-                self._all((item.value, item.tolerance), region.with_names(columns))
-            case syntax.Keep():
-                self._all((item.target,), region)
-            case syntax.Deadline() | syntax.Step():
-                self._all((item.value,), region)
-            case syntax.Solver():
-                self._all((a.value for a in item.arguments), region)
-            case syntax.Run():
-                self._all((item.duration, item.every), region)
-            case syntax.Start():
-                self._all((*item.hold, *item.vary), region)
+        if isinstance(item, syntax.Device):
+            place = self._words.name_after(item.span.start, item.name)
+            self._note(place, region.names.get(item.name))
+        shown = region.with_names(columns) if statement_of(item).names_columns else region
+        self._all(expressions_in(item), shown)
 
     # --- expressions ------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ of values, the table of the manual, the options of commands and those of C follo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import Flag, auto
 from functools import cache
@@ -53,6 +53,10 @@ class Option:
         `float`, `int` for whole numbers, `str`, or `bool` for a switch of commands.
     number
         The kind of number in messages, where it is not the usual word.
+    choices
+        The words among which to choose.
+    noun
+        What messages call its value: `interval`.
     low, high
         The least and the largest value. Zero is never allowed: it stands for "not given".
     where
@@ -70,6 +74,8 @@ class Option:
     unit: str | None = ""
     kind: type = float
     number: str = ""
+    choices: Collection[str] = ()
+    noun: str = ""
     low: float = 0.0
     high: float = math.inf
     where: Where = ~Where(0)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bgc.language.column_names import AccountColumn
+from bgc.language.records import Where, option
+from bgc.language.scene_tables import OVERRUN_POLICIES
 from bgc.language.solver import Solver
 
 
@@ -53,13 +55,13 @@ class Scene:
     solver
         Its method and options.
     step, duration, every, deadline
-        The step, the end, the interval between rows and the deadline of a sample, s.
+        Times, s: see their options.
     plots
         The panels of its plot.
     rest
         Its start at rest; None where it starts from the initial values that are given.
     overrun
-        What a loop in real time does that is late: one of `OVERRUN_POLICIES`.
+        What a loop in real time does that is late.
     criteria
         Limits of columns, as `bgc operability` reads them: `max(tension) < 300000.0 N`.
     """
@@ -69,13 +71,42 @@ class Scene:
     columns: tuple[str, ...]
     accounts: tuple[AccountColumn, ...] = ()
     solver: Solver = field(default_factory=Solver)
-    step: float | None = None
-    duration: float | None = None
-    every: float | None = None
-    deadline: float | None = None
+    step: float | None = option(
+        "step of fixed-step methods, and period at which devices are sampled",
+        of=None,
+        unit="s",
+        noun="step",
+        where=Where.SCENE,
+    )
+    duration: float | None = option(
+        "simulated time",
+        of=None,
+        unit="s",
+        default="that of the scene",
+        noun="duration",
+        flag="--time",
+        example='"60 s"; by default that of the scene',
+    )
+    every: float | None = option(
+        "interval between rows",
+        of=None,
+        unit="s",
+        default="that of the scene",
+        noun="interval",
+        example='"10 ms"',
+    )
+    deadline: float | None = option(
+        "processor time that a step may take", of=None, unit="s", noun="deadline", where=Where.SCENE
+    )
     plots: tuple[Plot, ...] = ()
     rest: Rest | None = None
-    overrun: str | None = None
+    overrun: str | None = option(
+        "treatment of missed periods",
+        of=None,
+        kind=str,
+        choices=OVERRUN_POLICIES,
+        where=Where.SCENE,
+    )
     criteria: tuple[str, ...] = ()
 
     def needed_accounts(self, jumps: bool) -> frozenset[str]:

@@ -6,7 +6,8 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from math import prod
 
-from bgc.grammar.language_words import PLACES, TABLE, Reserved, Word
+from bgc.grammar.language_words import PLACES, TABLE
+from bgc.grammar.word import Reserved, Word
 from bgc.language.scene_tables import (
     ACCOUNTS,
     DEVICE_COMMANDS,

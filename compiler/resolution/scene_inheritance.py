@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from bgc.diagnostics.catalogue import inherited_scenes as messages
 from bgc.diagnostics.collection import Report
 from bgc.grammar import syntax
+from bgc.grammar.scene_statements import statement_of
 from bgc.resolution.modules import Inherited, Module, WholeScene
 
 MAX_BASES = 100  # of a scene, by `is`
@@ -87,7 +86,7 @@ def _whole(
 
 def extended(base: WholeScene, scene: syntax.Scene) -> WholeScene:
     """Return a scene with the statements of its base that it does not replace, these first."""
-    own = {key for item in scene.items for key in _keys(item)}
+    own = set(map(_key, scene.items))
     kept = [item for item in base.items if own.isdisjoint(_replaced_by(item))]
     slots = {text_of(item.slot): None for item in scene.items if isinstance(item, syntax.Use)}
     before = {id(each.item): each.slots for each in base.inherited}
@@ -98,31 +97,25 @@ def extended(base: WholeScene, scene: syntax.Scene) -> WholeScene:
     return WholeScene(scene, base.model, items, inherited, base.bases + 1)
 
 
-def _keys(item: syntax.SceneItem) -> Iterator[tuple[str, str]]:
-    """The keys of a statement: an inherited statement with an equal key is replaced."""
-    kind = type(item).__name__
-    match item:
-        case syntax.Use():
-            yield kind, text_of(item.slot)
-        case syntax.Set() | syntax.Drive():
-            yield kind, text_of(item.target)
-        case syntax.Device():
-            yield kind, item.name
-        case syntax.Solver() | syntax.Step() | syntax.Run() | syntax.Deadline() | syntax.Start():
-            yield kind, ""
-        case _:
-            pass
+def _key(item: syntax.SceneItem) -> tuple[str, str] | None:
+    """The key of a statement, with its word; None where statements add to others."""
+    row = statement_of(item)
+    if row.key is None:
+        return None
+    key = getattr(item, row.key) if row.key else ""
+    return row.word, key if isinstance(key, str) else text_of(key)
 
 
 def _replaced_by(item: syntax.SceneItem) -> set[tuple[str, str]]:
     """The keys by which a statement is replaced: its own, and that of a whole value it sets."""
-    found = set(_keys(item))
+    key = _key(item)
+    found = set() if key is None else {key}
     match item:
         case (
             syntax.Set(target=syntax.Index() as target)
             | syntax.Drive(target=syntax.Index() as target)
         ):
-            found.add((type(item).__name__, text_of(target.base)))
+            found.add((statement_of(item).word, text_of(target.base)))
         case _:
             pass
     return found

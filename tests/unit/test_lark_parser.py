@@ -50,8 +50,8 @@ def test_tables_are_those_of_the_grammar(kept: dict[str, Any]) -> None:
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_tables_read_as_the_grammar_does(path: Path) -> None:
     text = path.read_text("utf-8")
-    loaded = lark_parser.lark_parser().parse(text, start="start")
-    assert plain(loaded) == plain(built().parse(text, start="start"))
+    loaded = lark_parser.lark_parser().parse(text, start="file")
+    assert plain(loaded) == plain(built().parse(text, start="file"))
 
 
 @pytest.mark.slow
@@ -74,8 +74,8 @@ def test_tables_of_another_lark_are_not_used(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(lark_parser, "__version__", "1.2.99")
     monkeypatch.setattr(lark_parser.Lark, "load", None)  # calling it fails
     parser = lark_parser.lark_parser.__wrapped__()
-    assert plain(parser.parse("model M { }", start="start")) == plain(
-        built().parse("model M { }", start="start")
+    assert plain(parser.parse("model M { }", start="file")) == plain(
+        built().parse("model M { }", start="file")
     )
 
 

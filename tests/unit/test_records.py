@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import get_args
 
 import pytest
+from parsed import read
 
 import bgc
 from bgc.building.build_result import Built, Place, Places, RunFacts, ShownNames, run_facts
 from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
+from bgc.grammar import syntax
+from bgc.grammar.scene_statements import SCENE_STATEMENTS, expressions_in
 from bgc.ir.port_facts import ForceFacts, PortFacts
 from bgc.language.column_names import AccountColumn
 from bgc.language.records import Where, options_of
@@ -23,29 +29,72 @@ from bgc.reference.word_entries import solver_options
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
 
-CHAPTER = Path(__file__).parents[2] / "grammar/manual/reference/solvers.md"
-TABLE = re.compile(r"(?sm)(?<=^<!-- options of a solver: )(.*?-->\n)(.*?)(?=^<!-- end -->)")
+REFERENCE = Path(__file__).parents[2] / "grammar/manual/reference"
 
 
-def manual_table() -> str:
-    """The table of `bgc doc solver` for the manual."""
+def table_of_options() -> list[tuple[str, ...]]:
+    """The table of `bgc doc solver`."""
     table = solver_options()
-    rows = [table.header, tuple("---" for _ in table.header)]
-    rows += [
+    rows = (
         (f"`{name}`", unit or "-", default, f"`{flag}`" if flag else "", doc)
         for name, unit, default, flag, doc in table.rows
-    ]
-    lines = (f"| {' | '.join(row)} |\n" for row in rows)
-    return f"\n{''.join(lines)}\n".replace("|  |", "| |")
+    )
+    return [table.header, *rows]
 
 
-def test_the_table_of_the_manual_is_that_of_the_record(bless: bool) -> None:
-    text = CHAPTER.read_text("utf-8")
+def table_of_statements() -> list[tuple[str, ...]]:
+    """The forms, the meaning and the number of each statement of a scene."""
+    rows = (
+        (
+            " or ".join(re.findall("`[^`]+;`", row.form)),
+            row.summary[0].lower() + row.summary[1:].rstrip("."),
+            row.often,
+        )
+        for row in SCENE_STATEMENTS.values()
+    )
+    return [("statement", "does", "how often"), *rows]
+
+
+@pytest.mark.parametrize(
+    ("chapter", "name", "table"),
+    [
+        ("solvers.md", "options of a solver", table_of_options),
+        ("scenes.md", "statements of a scene", table_of_statements),
+    ],
+)
+def test_the_tables_of_the_manual_are_those_of_the_records(
+    chapter: str, name: str, table: Callable[[], list[tuple[str, ...]]], bless: bool
+) -> None:
+    place = re.compile(rf"(?sm)(?<=^<!-- {name}: )(.*?-->\n)(.*?)(?=^<!-- end -->)")
+    header, *rows = table()
+    lines = (f"| {' | '.join(row)} |\n" for row in (header, ("---",) * len(header), *rows))
+    written = f"\n{''.join(lines)}\n".replace("|  |", "| |")
+    text = (REFERENCE / chapter).read_text("utf-8")
     if bless:
-        CHAPTER.write_text(TABLE.sub(lambda m: m[1] + manual_table(), text), "utf-8")
+        (REFERENCE / chapter).write_text(place.sub(lambda m: m[1] + written, text), "utf-8")
         return
-    found = TABLE.search(text)
-    assert found is not None and found[2] == manual_table()
+    found = place.search(text)
+    assert found is not None and found[2] == written
+
+
+def test_each_statement_of_a_scene_has_a_row_that_fits_its_node_and_the_record() -> None:
+    rows = SCENE_STATEMENTS.values()
+    assert {row.node for row in rows} == set(get_args(syntax.SceneItem))
+    for row in rows:
+        known = {field.name for field in dataclasses.fields(row.node)}
+        assert known.issuperset({row.key or "span", *row.paths}), row.word
+        assert (row.node is syntax.Fact) == bool(row.gives), row.word
+    stated = [name for row in rows for name in row.gives]
+    assert sorted(stated) == sorted(options_of(Scene, Where.SCENE))
+
+
+def test_expressions_of_a_statement_are_those_of_its_fields() -> None:
+    text = 'use a = T[m](b = c); device d = trace("f", k); start rest hold x, y vary z;'
+    (scene,) = read(f"scene s of M {{ {text} }}").declarations
+    found = [[e.span.text for e in expressions_in(item)] for item in scene.items]
+    assert found == [["a", "T[m](b = c)"], ['"f"', "k"], ["x", "y", "z"]]
+    (*_, start) = scene.items
+    assert [e.span.text for e in expressions_in(start, {"vary"})] == ["z"]
 
 
 def test_keywords_are_the_fields_that_python_may_give() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 from bgc.diagnostics.catalogue.inherited_scenes import statement_dropped
 from bgc.diagnostics.diagnostic import Diagnostic
@@ -12,6 +13,8 @@ from bgc.elaboration.instances.tree import Element, Instance, Member, PartArray,
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene_choice import Scene
 from bgc.grammar import syntax
+from bgc.grammar.scene_statements import expressions_in, statement_of
+from bgc.resolution.modules import Inherited
 from bgc.resolution.scene_inheritance import text_of
 
 
@@ -24,18 +27,17 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     """
     dropped: dict[int, Diagnostic] = {}
     columns: list[str] = []
-    starts: dict[int, list[syntax.Expr]] = {}  # paths that a `start` no longer names
+    shortened: dict[int, syntax.SceneItem] = {}
     for each in scene.inherited:
         for path in _paths_in(each.item):
             slot = _slot_above(path, each.slots)
             if slot and _is_missing(world, scene, path):
-                kind = type(each.item).__name__.lower()
-                what = "path of `start`" if kind == "start" else f"`{kind}`"
-                note = statement_dropped(path.span, what, text_of(path), slot)
-                dropped[id(each.item)] = note
-                if isinstance(each.item, syntax.Start):
-                    gone = [p for p in _paths_in(each.item) if _slot_above(p, each.slots)]
-                    starts[id(each.item)] = [p for p in gone if _is_missing(world, scene, p)]
+                word = statement_of(each.item).word
+                shorter = _shortened(world, scene, each)
+                what = f"`{word}`" if shorter is None else f"path of `{word}`"
+                dropped[id(each.item)] = statement_dropped(path.span, what, text_of(path), slot)
+                if shorter is not None:
+                    shortened[id(each.item)] = shorter
                 if isinstance(each.item, syntax.Observe):
                     columns.append(each.item.alias or text_of(each.item.value))
                 break
@@ -44,8 +46,8 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     inherited = {id(each.item) for each in scene.inherited}
     items: list[syntax.SceneItem] = []
     for item in scene.items:
-        if isinstance(item, syntax.Start) and id(item) in starts:
-            items.append(_without(item, starts[id(item)]))
+        if id(item) in shortened:
+            items.append(shortened[id(item)])
             continue
         if id(item) in dropped:
             continue
@@ -58,11 +60,16 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     return changed, tuple(dropped.values())
 
 
-def _without(start: syntax.Start, gone: Sequence[syntax.Expr]) -> syntax.Start:
-    """A `start` without some of its paths."""
-    hold = tuple(path for path in start.hold if path not in gone)
-    vary = tuple(path for path in start.vary if path not in gone)
-    return syntax.Start(hold, vary, start.span)
+def _shortened(world: World, scene: Scene, each: Inherited) -> syntax.SceneItem | None:
+    """A statement with lists of paths, without those that are gone; None for other statements."""
+    named = {name: getattr(each.item, name) for name in statement_of(each.item).paths}
+    lists = {name: paths for name, paths in named.items() if isinstance(paths, tuple)}
+
+    def stays(path: syntax.Expr) -> bool:
+        return not (_slot_above(path, each.slots) and _is_missing(world, scene, path))
+
+    kept: dict[str, Any] = {name: tuple(filter(stays, paths)) for name, paths in lists.items()}
+    return replace(each.item, **kept) if kept else None
 
 
 def _reduced(item: syntax.SceneItem, columns: Sequence[str]) -> syntax.SceneItem | None:
@@ -138,22 +145,8 @@ def _is_missing(world: World, scene: Scene, path: syntax.Expr) -> bool:
 
 def _paths_in(item: syntax.SceneItem) -> Iterator[syntax.Expr]:
     """Yield the paths that a statement names."""
-    match item:
-        case syntax.Use():
-            yield item.slot
-            for argument in item.type.arguments:
-                yield from _paths(argument.value)
-        case syntax.Set() | syntax.Drive():
-            yield from _paths(item.target)
-            yield from _paths(item.value)
-        case syntax.Observe() | syntax.Require():
-            yield from _paths(item.value)
-        case syntax.Keep():
-            yield from _paths(item.target)
-        case syntax.Start():
-            yield from (*item.hold, *item.vary)
-        case _:
-            pass
+    for expr in expressions_in(item, statement_of(item).paths):
+        yield from _paths(expr)
 
 
 def _paths(expr: syntax.Expr | syntax.Range) -> Iterator[syntax.Expr]:

@@ -31,12 +31,9 @@ def read_start(world: World, scene: Scene, observed: Observed) -> StartAtRest | 
 
     A held value is an output of the compiled model: a column of the scene, or an additional one.
     """
-    found = list(scene.statements(syntax.Start))
-    if not found:
+    item = next(scene.statements(syntax.Start), None)
+    if item is None:
         return None
-    if len(found) > 1:
-        world.report.add(scenes.said_twice(found[1].span, "start", found[0].span))
-    (item, *_) = found
     added: dict[Node, Observation] = {o.node: o for o in reversed(observed.observations)}
     hold: dict[str, None] = {}
     vary: dict[str, None] = {}

@@ -1,4 +1,4 @@
-"""Read the run of a scene: solver, step, duration, plots, kept paths, required accuracy."""
+"""Read the run of a scene: solver, facts of the run, plots, kept paths, required accuracy."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.edits import canonical_path
 from bgc.elaboration.scenes.observations import Observed, is_path
-from bgc.elaboration.scenes.scene_choice import Item, Scene, constant_of
+from bgc.elaboration.scenes.scene_choice import Scene, constant_of
 from bgc.grammar import syntax
+from bgc.grammar.scene_statements import SCENE_STATEMENTS, statement_of
 from bgc.ir.scene_nodes import Requirement
 from bgc.language.column_names import column_of, name_in_si, vector_of
+from bgc.language.records import Option, Where, options_of
 from bgc.language.scene import Plot, Rest
 from bgc.language.scene import Scene as Record
-from bgc.language.scene_tables import OVERRUN_POLICIES
 from bgc.language.solver import SOLVER_OPTIONS, Solver
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension, shown_of, si_text
 
-_SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 _NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
 
 
@@ -123,39 +123,54 @@ def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
 
 
 def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None) -> Record:
-    """Read solver, step, duration, interval, deadline and plots; `rest` is the start at rest."""
-    run = _single(world, scene, syntax.Run, "run")
-    step = _single(world, scene, syntax.Step, "step")
-    deadline = _single(world, scene, syntax.Deadline, "deadline")
-    solver = _single(world, scene, syntax.Solver, "solver")
-    duration = _time(world, scene, run.duration if run else None, "the duration")
-    every = _time(world, scene, run.every if run else None, "the interval")
+    """Read solver, facts of the run and plots; `rest` is the start at rest."""
+    _report_repeated(world, scene)
+    solver = next(scene.statements(syntax.Solver), None)
     return Record(
         name=scene.name,
         model=scene.model.syntax.name,
         columns=observed.columns,
         accounts=observed.accounts,
         solver=_solver(world, scene, solver) if solver else Solver(),
-        step=_time(world, scene, step.value if step else None, "the step"),
-        duration=duration,
-        every=every,
-        deadline=_time(world, scene, deadline.value if deadline else None, "the deadline"),
         plots=_plots(world, scene, observed),
         rest=rest,
-        overrun=_policy(world, deadline),
         criteria=read_criteria(world, scene, observed),
+        **_values(world, scene),
     )
 
 
-def _policy(world: World, deadline: syntax.Deadline | None) -> str | None:
-    """The overrun policy of a loop in real time."""
-    if deadline is None or deadline.policy is None:
-        return None
-    if deadline.policy not in OVERRUN_POLICIES:
-        assert deadline.policy_span is not None
-        world.report.add(unknown_policy(deadline.policy_span, deadline.policy))
-        return None
-    return deadline.policy
+def _report_repeated(world: World, scene: Scene) -> None:
+    """Report a second statement of those that a scene has once."""
+    for row in SCENE_STATEMENTS.values():
+        found = [item for item in scene.items if statement_of(item) is row]
+        if row.key == "" and len(found) > 1:
+            world.report.add(scenes.said_twice(found[1].span, row.word, found[0].span))
+
+
+def _values(world: World, scene: Scene) -> dict[str, Any]:
+    """Read what statements such as `step 1 ms;` state, by the field of the record."""
+    known = options_of(Record, Where.SCENE)
+    first = {item.word: item for item in reversed(list(scene.statements(syntax.Fact)))}
+    found: dict[str, Any] = {}
+    for item in first.values():
+        for name, expr in ((given.name or "", given.value) for given in item.values):
+            with world.report.collecting():
+                found[name] = _value(world, scene, expr, known[name])
+    return found
+
+
+def _value(world: World, scene: Scene, expr: syntax.Expr, known: Option) -> float | str:
+    """Read a chosen word, or a positive number; one without a unit, as `2*pi`, is in SI units."""
+    if isinstance(expr, syntax.Text):
+        if expr.value not in known.choices:
+            raise BgError([unknown_policy(expr.span, expr.value)])
+        return expr.value
+    is_plain = world.evaluate(expr, scene.env).unit == _NUMBER
+    what = f"the {known.noun}"
+    number = constant_of(world, scene, expr, what, None if is_plain else known.dimension)
+    if not number > 0:
+        raise BgError([scenes.not_positive(expr.span, what, number)])
+    return number
 
 
 def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:
@@ -182,26 +197,6 @@ def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:
             drawn = tuple(column(path) for path in item.columns)
             found.append(Plot(drawn, column(item.against) if item.against else "time"))
     return tuple(found)
-
-
-def _single(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:
-    found = list(scene.statements(kind))
-    if len(found) > 1:
-        world.report.add(scenes.said_twice(found[1].span, what, found[0].span))
-    return found[0] if found else None
-
-
-def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> float | None:
-    """A positive time in seconds; a number without a unit, such as `2*pi`, is in seconds."""
-    if expr is None:
-        return None
-    with world.report.collecting():
-        is_plain = world.evaluate(expr, scene.env).unit == _NUMBER
-        number = constant_of(world, scene, expr, what, None if is_plain else _SECOND)
-        if not number > 0:
-            raise BgError([scenes.not_positive(expr.span, what, number)])
-        return number
-    return None
 
 
 def _solver(world: World, scene: Scene, solver: syntax.Solver) -> Solver:

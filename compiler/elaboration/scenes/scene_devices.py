@@ -17,6 +17,7 @@ from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene_choice import Device, Scene, constant_of
 from bgc.grammar import syntax
+from bgc.grammar.scene_statements import expressions_in
 from bgc.ir.scene_nodes import DeviceUse
 from bgc.language.scene_tables import (
     DEVICE_COMMANDS,
@@ -73,14 +74,14 @@ class DeviceView:
 
 def declare_devices(world: World, scene: Scene) -> None:
     """Number the input channels read by the scene, device by device."""
-    used = [_channels(item) for item in scene.items]
+    used = [pair for item in scene.items for e in expressions_in(item) for pair in _members(e)]
     next_input = 0
     for item in scene.statements(syntax.Device):
         if item.name in scene.devices:
             first = scene.devices[item.name].item.span
             world.report.add(scenes.device_name_taken(item.span, item.name, first))
             continue
-        read = {channel for pairs in used for name, channel in pairs if name == item.name}
+        read = {channel for name, channel in used if name == item.name}
         device = Device(item, next_input, {})
         for channel, facts in DEVICE_INPUTS.items():
             if channel in read:
@@ -89,17 +90,6 @@ def declare_devices(world: World, scene: Scene) -> None:
         scene.devices[item.name] = device
         scene.env.locals[item.name] = DeviceView(world, device)
     world.quantities.first_held = next_input
-
-
-def _channels(item: syntax.SceneItem) -> list[tuple[str, str]]:
-    """All `name.member` pairs of a statement."""
-    match item:
-        case syntax.Drive() | syntax.Observe() | syntax.Require() | syntax.Set():
-            return list(_members(item.value))
-        case syntax.Use():
-            return [p for a in item.type.arguments for p in _members(a.value)]
-        case _:
-            return []
 
 
 def _members(expr: syntax.Expr) -> Iterator[tuple[str, str]]:
