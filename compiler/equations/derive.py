@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bgc.algebra.dag import Kind, Level
+from bgc.algebra.dag import Dag, Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import closing_rows
@@ -81,6 +81,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     rows = implicit_rows(variables, resolver, len(stored))
     declared = _declared_states(graph, resolver, len(stored), rows)
     states = _integrated_states(causal, resolver, stored, elements) + declared
+    variables.starting |= _started_by_loops(dag, resolver, states, elements)
     problem = start_problem(variables, resolver, elements, stored)
     start_rows = resolver.resolve_all(variables.start_rows)
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
@@ -191,6 +192,23 @@ def _integrated_states(
         )
         for state in stored
     ]
+
+
+def _started_by_loops(
+    dag: Dag, resolver: Resolver, states: Sequence[ProgramState], elements: Sequence[StorageElement]
+) -> set[int]:
+    """The elements whose initial states depend on unknowns of loops, which are not known before.
+
+    A modulus that reads a flow of the elements that it connects is such a loop.
+    """
+    unknowns = set(resolver.residuals())
+    names = {
+        name
+        for state in states
+        if not unknowns.isdisjoint(dag.reachable([state.initial]))
+        for name in state.stores
+    }
+    return {e.ports[0].port.element for e in elements if e.storage.name in names}
 
 
 def _declared_states(

@@ -345,3 +345,34 @@ def test_a_value_holds_beside_a_field_that_starts_jointly(given: str, tmp_path: 
     expected = [0.71 * effort, effort, effort, 0.64, 0.64, 0.64 / 0.39]
     found = list(compiled(tmp_path, text).observe().values())
     assert found == pytest.approx(expected, rel=1e-12)
+
+
+LEVER = """model M {{ a : J1{of_a} ma : I({ma}); a -> ma; b : J1; mb : I({mb}); b -> mb;
+  lever : MTF {{ f2 = {ratio}*f1; }} a -> lever -> b; pull : Se(1); pull -> a; }}
+scene s of M {{ observe a.f, b.f, ma.p, mb.p; run 1 s; }}"""
+
+
+@pytest.mark.parametrize(
+    ("given", "column", "ratio"),
+    [
+        ({"ma": "1, f0 = 0.5"}, "a.f", "(1 + sin(b.f))"),
+        ({"ma": "1, p0 = 0.5"}, "ma.p", "(1 + sin(b.f))"),
+        ({"mb": "2, f0 = 0.5"}, "b.f", "(1 + sin(b.f))"),
+        ({"mb": "2, p0 = 0.5"}, "mb.p", "(1 + sin(b.f))"),
+        ({"of_a": "(f0 = 0.5);"}, "a.f", "(1 + sin(b.f))"),
+        ({"ma": "1, f0 = 0.5"}, "a.f", "(1 + sin(mb.p))"),
+        ({"ma": "1, f0 = 0.5"}, "a.f", "(1 + sin(ma.p))"),
+        ({"mb": "2, p0 = 0.5"}, "mb.p", "(1 + sin(ma.p))"),
+    ],
+)
+def test_values_hold_behind_a_modulus_of_flows_and_momenta(
+    given: dict[str, str], column: str, ratio: str, tmp_path: Path
+) -> None:
+    """The modulus is that of the start, not of a standstill."""
+    parts = {"of_a": ";", "ma": "1", "mb": "2"} | given
+    found = start_of(tmp_path, LEVER.format(ratio=ratio, **parts))
+    assert found[column] == pytest.approx(0.5, rel=1e-12)
+    read = found[ratio.removeprefix("(1 + sin(").removesuffix("))")]
+    assert found["b.f"] == pytest.approx((1 + math.sin(read)) * found["a.f"], rel=1e-12)
+    assert found["ma.p"] == pytest.approx(found["a.f"], rel=1e-12)
+    assert found["mb.p"] == pytest.approx(2 * found["b.f"], rel=1e-12)
