@@ -84,13 +84,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions, switches, divisors, jumps, held values and ports.
+    """The places of a model's assertions, switches, divisors, jumps, given values ..
 
     All are in the order of its tables. `checks` are those of its checks of parameters; only those
     that a matrix is symmetric have a span, that of the storage element. `parameters` are those of a
     range and those that their values follow from; instead of states they name the parameters that
     the value reads directly.
 
+    The places of given values name the variable and the element instead of states.
     `start` names the elements whose initial values the runtime solves for; `loops` are the
     algebraic loops that it solves, each with the names of its states and of its elements.
     """
@@ -103,6 +104,7 @@ class Places:
     jumps: tuple[Place, ...] = ()
     held: tuple[Place, ...] = ()
     ports: tuple[Place, ...] = ()
+    given: tuple[Place, ...] = ()
     checks: tuple[Place, ...] = ()
     parameters: tuple[Place, ...] = ()
 

@@ -192,7 +192,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "events": bool(lowered.switches),
         "jumps": bool(program.jumps),
         "sampled": bool(program.held),
-        "start": program.start is not None,
+        "start": program.start is not None or bool(program.given),
         "timed": lowered.ranges is not None,
         "watch": bool(lowered.watches),
         "blocks": lowered.blocks is not None,

@@ -31,6 +31,7 @@ def program_kernels(
         *_sampled_kernels(program),
         *_setup_kernels(program),
         *_start_kernels(program),
+        *_given_kernel(program),
     )
 
 
@@ -328,6 +329,19 @@ def _start_kernels(program: Program) -> Iterator[Kernel]:
         "x",
         (Store("x", number, node) for number, node in program.start.values),
     )
+
+
+def _given_kernel(program: Program) -> Iterator[Kernel]:
+    """The kernel that compares the start with what is given for it, if anything is."""
+    if program.given:
+        pairs = (node for given in program.given for node in (given.node, given.value))
+        yield _kernel(
+            "given",
+            "Initial values that are given: what each is, and what it has to be.",
+            _RUNNING,
+            "g",
+            stores("g", pairs),
+        )
 
 
 _ROUNDING = Fraction(1, 2**48)  # bound on the relative rounding error of a sum that is zero

@@ -14,7 +14,6 @@ from bgc.algebra.dag import Dag, Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import closing_rows
-from bgc.equations.closures.start_check import given_flows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial_momenta import start_inertias
 from bgc.equations.inertias.merged_inertias import merge_inertias
@@ -30,6 +29,7 @@ from bgc.equations.port_stability import with_port_checks
 from bgc.equations.representable import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
+from bgc.equations.start.given import resolve_given, values_to_check
 from bgc.equations.start.problem import start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import energy_accounts
@@ -91,13 +91,15 @@ def derive_equations(causal: CausalGraph) -> Program:
     jumps = resolve_jumps(graph, resolver, numbers, stored)
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
-    given = given_flows(variables, resolver, elements)
+    given = resolve_given(variables, resolver, elements)
     states += _loop_states(variables, resolver.algebraic)
+    states = _with_closed_initials(graph, states)
+    free = () if problem is None else problem.free
     program = Program(
         dag=dag,
         scene=graph.scene,
         parameters=graph.parameters,
-        states=_with_closed_initials(graph, states),
+        states=tuple(states),
         mass=_mass(graph, len(stored), len(states), rows),
         inputs=sum(len(device.inputs) for device in graph.devices) + graph.varied + len(graph.held),
         observations=outputs.observations,
@@ -115,6 +117,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         coupling_energies=tuple(port.coupling_energies for port in graph.ports),
         slots=len(graph.held),
         loops=tuple(resolver.loops),
+        given=values_to_check(variables, given, states, free),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
@@ -124,7 +127,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = without_instants(program)
     if causal.closures:
         require_representable(graph, program)  # closing a chain computes with its numbers
-    program = close_chains(program, variables, closing, given)
+    program = close_chains(program, variables, closing)
     require_free(graph, program)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)
@@ -267,15 +270,11 @@ def _loop_states(variables: Variables, algebraic: Sequence[AlgebraicState]) -> l
     ]
 
 
-def _with_closed_initials(
-    graph: FlatGraph, states: Sequence[ProgramState]
-) -> tuple[ProgramState, ...]:
+def _with_closed_initials(graph: FlatGraph, states: Sequence[ProgramState]) -> list[ProgramState]:
     spans = {state.name: state.span for state in graph.states}
     places = [(state.name, spans.get(state.name)) for state in states]
     closed = closed_initials(graph.dag, [state.initial for state in states], places)
-    return tuple(
-        replace(state, initial=initial) for state, initial in zip(states, closed, strict=True)
-    )
+    return [replace(state, initial=initial) for state, initial in zip(states, closed, strict=True)]
 
 
 def _mass(

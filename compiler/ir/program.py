@@ -56,6 +56,22 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
+class GivenValue:
+    """An initial value that the user gives: `node`, of the start, has to be `value`.
+
+    It is not obvious that it is: a law, a loop or a closed chain is solved for the start.
+    `is_default` is one that the model gives as zero; it holds unless parameters make it another.
+    """
+
+    node: Node
+    value: Node
+    variable: str  # `q`, `p`, `e` or `f`
+    name: str  # of the element
+    span: Span
+    is_default: bool
+
+
+@dataclass(frozen=True, slots=True)
 class MassEntry:
     """One entry of M in `M y' = f`; a node of CONST or PARAM level."""
 
@@ -242,6 +258,7 @@ class Program:
     divisors: tuple[Divisor, ...] = ()  # watched during a run
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
     start: Start | None = None  # initial values that depend on parameters by equations
+    given: tuple[GivenValue, ...] = ()  # checked at each start
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values
     closures: Closures | None = None
     jumps: tuple[StateJump, ...] = ()

@@ -12,6 +12,7 @@ from bgc.ir.program import (
     Closures,
     Dropped,
     Energy,
+    GivenValue,
     MassEntry,
     PositiveParameter,
     Program,
@@ -167,6 +168,7 @@ def _without(
         closures=_closures(program.closures, number),
         dropped=(*program.dropped, *dropped),
         start=_start(program.start, number),
+        given=_given(program, {*number, *values}),
         jumps=_jumps(program.jumps, number),
         speeds=sliced_speeds(program, values, number),
     )
@@ -183,6 +185,17 @@ def _start(start: Start | None, number: Mapping[int, int]) -> Start | None:
         return None
     left = tuple((number[k], node) for k, node in start.values if k in number)
     return replace(start, values=left) if left else None
+
+
+def _given(program: Program, left: Collection[int]) -> tuple[GivenValue, ...]:
+    """The given values that need no other state than some."""
+    states = {program.dag.symbol(Kind.STATE, k) for k in range(len(program.states))}
+    states -= {program.dag.symbol(Kind.STATE, k) for k in left}
+    return tuple(
+        given
+        for given in program.given
+        if states.isdisjoint(program.dag.reachable([given.node, given.value]))
+    )
 
 
 def _mass(

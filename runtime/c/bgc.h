@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 16
+#define BGC_ABI 17
 
 typedef enum {
     BGC_OK = 0,
@@ -251,6 +251,13 @@ typedef struct bgc_model {
                   double *w);
     void (*started)(const double *h, double t, const double *u, const double *s, double *x,
                     double *w);
+    /* Initial values that the user gives and that need a check: what value k is at the start in g[2 k], what it has
+     * to be in g[2 k + 1]. A default (given_default[k] not 0) of zero need not hold. 0 and NULL where there are
+     * none. */
+    int n_given;
+    const char *const *given_name;
+    const int *given_default;
+    void (*given)(const double *h, double t, const double *x, const double *u, double *g, double *w);
     /* The states that switches() reads, where they are few and neither projected nor algebraic; 0
      * where it may read any. */
     const int *switch_state;
@@ -344,15 +351,18 @@ void bgc_free(const bgc_model *m, bgc_data *d);
 bgc_status bgc_set_param(const bgc_model *m, bgc_data *d, int k, double value);
 double bgc_get_param(const bgc_model *m, const bgc_data *d, int k);
 /* Checks the parameters, evaluates the expressions that depend on them, sets x to its initial values
- * at time t (BGC_BAD_PARAMETER where they do not exist) and solves the algebraic equations for the states without a derivative. Reads the open
- * devices. */
+ * at time t (BGC_BAD_PARAMETER where they do not exist, or where one that is given does not hold) and
+ * solves the algebraic equations for the states without a derivative. Reads the open devices. */
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
+/* The same for callers that set another state afterwards: given values need not hold. */
+bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t);
 /* Restarts the run at the present time from the state that the caller has written; the algebraic
  * equations are solved for the states without a derivative. Parameters, modes and devices do not
  * change. */
 bgc_status bgc_restart(const bgc_model *m, bgc_data *d);
 
-/* Index into param; n_param + index of a check; n_param + n_check: initial values do not exist. */
+/* Index into param; n_param + index of a check; n_param + n_check: initial values do not exist;
+ * n_param + n_check + 1 + index of a given value that the start misses. */
 int bgc_failed_parameter(const bgc_data *d);
 int bgc_failed_assertion(const bgc_data *d);
 int bgc_failed_state(const bgc_data *d);     /* or -1 */

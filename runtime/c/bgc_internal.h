@@ -216,6 +216,7 @@ int bgc_leave_root(const bgc_model *m, bgc_data *d, double h);
 
 /* --- start.c */
 bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);
+bgc_status bgc_check_given(const bgc_model *m, bgc_data *d);
 
 /* --- closures.c */
 size_t bgc_closing_size(const bgc_model *m);

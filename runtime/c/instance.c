@@ -204,7 +204,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
-bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
+bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t) {
     bgc_core *core = &d->core;
     bgc_status status;
 
@@ -249,6 +249,12 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     }
     bgc_classify_states(m, d);
     return start_from_present(m, d);
+}
+
+bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
+    const bgc_status status = bgc_reset_unchecked(m, d, t);
+
+    return status == BGC_OK ? bgc_check_given(m, d) : status;
 }
 
 bgc_status bgc_restart(const bgc_model *m, bgc_data *d) {

@@ -30,7 +30,8 @@ static size_t closing_rows(const bgc_model *m) {
 size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state, unknown = (size_t)bgc_unknowns(m);
     const size_t local = (size_t)bgc_local_entries(m).count, slopes = (size_t)m->n_jac;
-    const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
+    const int given = 2 * m->n_given, tested = m->n_assert > m->n_check ? m->n_assert : m->n_check;
+    const size_t checks = (size_t)(tested > given ? tested : given);
     const size_t switches = (size_t)m->n_switch;
     const size_t unknowns = (size_t)m->n_start;
     layout l = {from, 0};

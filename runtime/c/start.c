@@ -1,4 +1,4 @@
-/* start.c: initial values without a closed form, by Newton's method.
+/* start.c: initial values without a closed form, by Newton's method; and whether given values hold.
  *
  * The compiler has solved the equations with the parameters at their defaults. From that solution
  * s0, Newton's method with the natural monotonicity test (Deuflhard 1974) solves them for the present
@@ -17,6 +17,11 @@ static const double start_floor = 1e-9;      /* of an unknown, for the relative 
 static const double start_rounding = 64.0;        /* roundings in a residual */
 static const double least_start_damping = 1e-8;
 static const double least_start_stride = 1e-6;    /* of the homotopy */
+static const double missed_part = 1e-6;           /* of a given value: less is rounding */
+static const double missed_in_rounded_chain = 1e-2; /* the same where its positions were moved */
+static const double moved_position = 1e-9;        /* of a closed chain, m or rad */
+static const double part_of_state = 1e-9;         /* within which a start is the one that is given */
+static const double part_of_scale = 1e-10;
 
 /* Root mean square of a correction relative to the unknowns in `sizes`. */
 static double start_norm(int n, const double *change, const double *sizes) {
@@ -150,5 +155,61 @@ bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d) {
         }
     }
     m->started(d->h, d->core.t, d->u, d->start_at, d->x, d->work);
+    return BGC_OK;
+}
+
+/* By how much given value k is missed at a state, which is evaluated. */
+static double missed_at(const bgc_model *m, bgc_data *d, const double *x, int k) {
+    m->given(d->h, d->core.t, x, d->u, d->check, d->work);
+    return d->check[2 * k] - d->check[2 * k + 1];
+}
+
+/* By how much value k changes where each state changes by its rounding, which is more in a chain that
+ * was closed by moving positions. d->start is scratch. */
+static double rounding_of_given(const bgc_model *m, bgc_data *d, int k, const double *moves) {
+    const double missed = missed_at(m, d, d->x, k);
+    double sum = 0.0;
+
+    memcpy(d->start, d->x, (size_t)m->n_state * sizeof *d->start);
+    for (int i = 0; i < m->n_state; i++) {
+        d->start[i] += part_of_state * fabs(d->x[i]) + part_of_scale * d->scale[i] + moves[i];
+        sum += fabs(missed_at(m, d, d->start, k) - missed);
+        d->start[i] = d->x[i];
+    }
+    return sum;
+}
+
+/* After a reset: whether the values that the user gives hold at the start. A value that is missed is
+ * one that no state has within the rounding of this one. d->next and d->start are scratch. */
+bgc_status bgc_check_given(const bgc_model *m, bgc_data *d) {
+    const bgc_closure_info *c = m->closure_info;
+    double part = missed_part, *moves = d->next;
+
+    if (m->n_given == 0) {
+        return BGC_OK;
+    }
+
+    /* Positions that close a chain differ from their given values by the rounding of these. */
+    m->initial(d->h, d->core.t, d->u, d->start, d->work);
+    memset(moves, 0, (size_t)m->n_state * sizeof *moves);
+    for (int i = 0; c != NULL && i < c->n_moved; i++) {
+        const int state = c->moved[i];
+        moves[state] = fabs(d->x[state] - d->start[state]);
+        part = moves[state] > moved_position ? missed_in_rounded_chain : part;
+    }
+
+    for (int k = 0; k < m->n_given; k++) {
+        const double missed = fabs(missed_at(m, d, d->x, k));
+        const double value = d->check[2 * k], wanted = d->check[2 * k + 1];
+
+        if ((m->given_default[k] && wanted == 0.0) ||
+            missed <= part * fmax(fabs(value), fabs(wanted))) {
+            continue;
+        }
+        if (!(missed <= rounding_of_given(m, d, k, moves))) {
+            d->core.failed_parameter = m->n_param + m->n_check + 1 + k;
+            return BGC_BAD_PARAMETER;
+        }
+    }
     return BGC_OK;
 }

@@ -396,7 +396,7 @@ def _copy(
     for port in model.facts.ports:
         if f"{port.name}.brake" in places:
             instance.set_parameter(places[f"{port.name}.brake"], 0.0)
-    instance.reset(begun.time)
+    instance.reset(begun.time, checked=False)
     instance.state[:], instance.input[:] = begun.state, begun.input
     instance.restart()
     return instance

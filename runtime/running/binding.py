@@ -44,6 +44,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_set_param": (c_int, (c_int, c_double)),
     "bgc_get_param": (c_double, (c_int,)),
     "bgc_reset": (c_int, (c_double,)),
+    "bgc_reset_unchecked": (c_int, (c_double,)),
     "bgc_restart": (c_int, ()),
     "bgc_rhs": (c_int, (_Doubles,)),
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
@@ -221,9 +222,12 @@ class Instance:
         """The present value of a parameter."""
         return float(self._call("bgc_get_param", index))
 
-    def reset(self, time: float = 0.0) -> Status:
-        """Compute the constants that depend on parameters, and take the initial state."""
-        return Status(self._call("bgc_reset", time))
+    def reset(self, time: float = 0.0, *, checked: bool = True) -> Status:
+        """Compute the constants that depend on parameters, and take the initial state.
+
+        Given values have to hold there, unless another state follows and nothing is `checked`.
+        """
+        return Status(self._call("bgc_reset" if checked else "bgc_reset_unchecked", time))
 
     def restart(self) -> Status:
         """Start again from the state that has been written to `state`."""

@@ -119,6 +119,9 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     index = instance.failed("parameter")
     if index == model.n_param + model.n_check:
         return starts.no_start(places.start)
+    if index > model.n_param + model.n_check:
+        place = places.given[index - model.n_param - model.n_check - 1]
+        return starts.missed_start(place.span, *place.states)
     if index >= model.n_param:
         message = text(model.param_check[index - model.n_param])
         element = _at(places.checks, index - model.n_param).span

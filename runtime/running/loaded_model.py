@@ -177,7 +177,8 @@ class LoadedModel:
     ) -> Instance:
         """Make an instance at a time and a state, (n,) SI; by default the initial state."""
         instance = self.parameters.instance(parameters or {})
-        require(instance, instance.reset(time), self._places)
+        checked = state is None and self.facts.rest is None
+        require(instance, instance.reset(time, checked=checked), self._places)
         if state is not None:
             if np.shape(state) != instance.state.shape:
                 raise BgError([wrong_state(np.shape(state), len(self.states))])

@@ -48,7 +48,7 @@ class RestEquations:
                     if not info[index].low <= value <= info[index].high:
                         raise Undefined(Status.BAD_ARGUMENT)
                     instance.set_parameter(index, value)
-                require_ok(instance.reset(self.time))
+                require_ok(instance.reset(self.time, checked=False))
                 self.declared = self.resting.state / self.scale
         self.resting.put(z[: self.size] * self.scale)
 

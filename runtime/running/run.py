@@ -117,7 +117,8 @@ def start(instance: Instance, method: Solver, facts: RunFacts) -> tuple[Status, 
     Without a start at rest, modes faster than `settle` of the method, or of the scene, are brought
     to rest.
     """
-    status, rest = instance.reset(), facts.rest_for(method.start)
+    rest = facts.rest_for(method.start)
+    status = instance.reset(checked=rest is None)
     if status is Status.OK and rest is not None:
         return go_to_rest(instance, rest)
     if status is Status.OK and (frequency := method.settle or facts.solver.settle):

@@ -157,7 +157,7 @@ def handle_devices(
         return {}
     table = model.library.model
     instance = model.parameters.instance({})
-    instance.reset(0.0)
+    instance.reset(0.0, checked=False)
     at_rest = instance.outputs()[1]
     found: dict[str, tuple[str, list[int]]] = {}
     for k in range(table.n_input):

@@ -88,7 +88,7 @@ def _of_status(model: LoadedModel, places: Places, status: Status) -> dict[str, 
     }
     indices = list(range(counts.get(status, 0)))
     if status is Status.BAD_PARAMETER:  # `range` has those of parameters
-        indices = list(range(table.n_param, table.n_param + table.n_check + 1))
+        indices = list(range(table.n_param, table.n_param + table.n_check + 1 + len(places.given)))
     if status is Status.INCONSISTENT:  # states of algebraic loops have messages of their own
         torn = {name for names, _ in places.loops for name in names}
         indices = [k for k, state in enumerate(model.states) if state.name in torn]

@@ -376,3 +376,36 @@ def test_values_hold_behind_a_modulus_of_flows_and_momenta(
     assert found["b.f"] == pytest.approx((1 + math.sin(read)) * found["a.f"], rel=1e-12)
     assert found["ma.p"] == pytest.approx(found["a.f"], rel=1e-12)
     assert found["mb.p"] == pytest.approx(2 * found["b.f"], rel=1e-12)
+
+
+def test_given_values_that_parameters_set_apart_are_refused(tmp_path: Path) -> None:
+    """Values that agree by default are one condition of the start, and each run checks both."""
+    text = """model M { param u = 1; param v = 1; j : J1; a : I(2, f0 = u); b : I(3, f0 = v);
+      r : R(1); j -> a, b, r; } scene s of M { observe a.f, b.f; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    assert model.observe(parameters={"u": 2, "v": 2}) == {"a.f": 2, "b.f": 2}
+    assert model.observe(parameters={"v": 1 + 1e-9})["a.f"] == 1  # rounding
+    for values in ({"v": 2}, {"u": 1.00001}, {"v": 0}):
+        diagnostic = refusal(model.observe, parameters=values)
+        assert diagnostic.code == "BG732" and "`f0` of `b`" in diagnostic.message
+        assert diagnostic.span is not None
+        refusal(model.simulate, parameters=values)
+
+
+def test_a_default_that_gave_way_is_refused_once_it_is_set(tmp_path: Path) -> None:
+    text = """model Body { param start = 0; port p; m : I(2, f0 = start); p -> j; j : J1; j -> m; }
+      model M { param u = 1; x : Body; y : Body(start = u); j : J1; j -> x.p; j -> y.p;
+        r : R(1); j -> r; }
+      scene s of M { keep x.start; observe x.m.f, y.m.f; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    assert model.observe() == {"x.m.f": 1, "y.m.f": 1}
+    assert refusal(model.observe, parameters={"x.start": 3}).code == "BG732"
+    assert model.observe(parameters={"x.start": 3, "u": 3}) == {"x.m.f": 3, "y.m.f": 3}
+
+
+def test_a_start_at_rest_takes_given_values_as_wishes(tmp_path: Path) -> None:
+    text = """model M { param u = 1; param v = 1; j : J1; a : I(2, f0 = u); b : I(3, f0 = v);
+      r : R(1); j -> a, b, r; } scene s of M { observe a.f, b.f; start rest; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    result = model.simulate(parameters={"v": 2})
+    assert [result["a.f"][0], result["b.f"][0]] == pytest.approx([0, 0], abs=1e-12)

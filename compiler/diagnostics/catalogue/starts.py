@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import Values, error, listed
+from bgc.diagnostics.source import Span
 
 
 @error(
@@ -15,6 +16,12 @@ def no_start(names: Sequence[str]) -> Values:
     return {"of": f" of {listed(names)}" if names else ""}
 
 
+# Make BG732 for one given value that the start misses; see `no_start`.
+@error(
+    "BG732: no state was found at which `{variable}` of `{name}` has its value",
+    "give one that agrees with the other initial values and that the laws reach",
+)
+def missed_start(span: Span | None, variable: str, name: str) -> None: ...
 @error(
     "BG717: the modes faster than {frequency:g} Hz do not come to rest near the initial state",
     "give a frequency between the slow and the fast modes: `bgc equations --linear` lists them",

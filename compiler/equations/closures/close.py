@@ -42,7 +42,7 @@ from bgc.equations.closures.multipliers import (
     responses_of,
     settled,
 )
-from bgc.equations.closures.start_check import GivenFlow, require_given
+from bgc.equations.closures.start_check import require_given
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
@@ -57,9 +57,7 @@ _KEPT = 1e-5  # rate of a condition, relative to its terms
 _ALIKE = 1e-3  # difference of the shares of rows in another, at points where the chain is closed
 
 
-def close_chains(
-    program: Program, variables: Variables, rows: ClosingRows, given: Sequence[GivenFlow]
-) -> Program:
+def close_chains(program: Program, variables: Variables, rows: ClosingRows) -> Program:
     """Solve for the multipliers, and note what keeps the chains closed.
 
     Raises
@@ -67,11 +65,11 @@ def close_chains(
     BgError
         BG526: the start does not close. BG527: it is at a singular position. BG528: a projected
         signal is not kept by the bonds. BG502: the rows that close a chain change their rank.
-        BG546: the closed chain moves a `given` flow. BG550: mounts contradict each other.
+        BG546: the closed chain moves a given flow. BG550: mounts contradict each other.
     """
     if not (rows.flows or rows.conditions):
         return program
-    return _Closing(program, variables, rows).closed(given)
+    return _Closing(program, variables, rows).closed()
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +91,7 @@ class _Closing:
         self._conditions = self._conditions_on_states()
         self._start = self._start_parameters()
 
-    def closed(self, given: Sequence[GivenFlow]) -> Program:
+    def closed(self) -> Program:
         """The program with its multipliers solved for, and its `closures`."""
         program = self._program
         values = default_values(self._dag, program.parameters)
@@ -107,7 +105,7 @@ class _Closing:
         closures = self._closures(chosen, lasting=self._is_lasting(points, chosen.flows, dropped))
         made = replace(made, closures=closures, warnings=warnings)
         declared = start_of(program, start)
-        require_given(made, given, start, rounded=any(start[k] != declared[k] for k in start))
+        require_given(made, start, rounded=any(start[k] != declared[k] for k in start))
         return self._with_start(made, values, found)
 
     # --- conditions and the start ---------------------------------------------------------------

@@ -8,70 +8,21 @@ have been chosen.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.equations.closures.manifold import Point, closed_flows
-from bgc.equations.loops.substitution import Resolver
-from bgc.equations.storage.initial_values import given_values
-from bgc.equations.storage.kinds import StorageElement
-from bgc.equations.variables.definitions import Variables
-from bgc.ir.graph import Initial, Junction, Node
-from bgc.ir.program import Program
+from bgc.ir.program import GivenValue, Program
 
 _MOVED = 1e-6  # of the value: less is rounding
 _ROUNDING_OF_ZERO = 1e-9  # in SI: smaller values are zero but for rounding
 _AT_ROUNDED = 1e-2  # the same where positions were moved by the rounding of given values
 
 
-@dataclass(frozen=True, slots=True)
-class GivenFlow:
-    """A given value: the final nodes of its variable and of the value."""
-
-    name: str
-    initial: Initial
-    node: Node
-    value: Node
-
-
-def given_flows(
-    variables: Variables, resolver: Resolver, elements: Sequence[StorageElement]
-) -> list[GivenFlow]:
-    """The flows and momenta that a model gives to inertias and junctions; no defaults."""
-    if not variables.causal.closures:
-        return []
-    found = [*_of_elements(elements), *_of_junctions(variables)]
-    return [
-        GivenFlow(name, initial, *resolver.resolve_all([node, initial.value]))
-        for name, initial, node in found
-        if not initial.is_default
-    ]
-
-
-def _of_elements(elements: Sequence[StorageElement]) -> Iterator[tuple[str, Initial, Node]]:
-    for element in elements:
-        for (position, variable), initial in given_values(element).items():
-            port = element.ports[position]
-            node = {"p": port.state, "f": port.answer}.get(variable)
-            if port.has_momentum and node is not None:
-                yield element.storage.name, initial, node
-
-
-def _of_junctions(variables: Variables) -> Iterator[tuple[str, Initial, Node]]:
-    for element in variables.causal.graph.elements:
-        if isinstance(element, Junction) and element.initial is not None and element.ports:
-            kind = Kind.EFFORT if element.kind == "J0" else Kind.FLOW
-            symbol = variables.dag.symbol(kind, element.ports[0].bond)
-            yield element.name, element.initial, symbol
-
-
-def require_given(
-    program: Program, given: Sequence[GivenFlow], start: Point, *, rounded: bool
-) -> None:
+def require_given(program: Program, start: Point, *, rounded: bool) -> None:
     """Refuse given flows that the projection of the start onto the closed chains moves.
 
     `start` has the parameters and states at their defaults, with closed positions; `rounded`: these
@@ -83,6 +34,7 @@ def require_given(
     BgError
         BG546 for each value at which the program does not start.
     """
+    given = [g for g in program.given if g.variable in "pf" and not g.is_default]
     if not given:
         return
     point = closed_flows(program, start)
@@ -96,14 +48,13 @@ def require_given(
         size = max(abs(actual), abs(wanted))
         if not math.isfinite(actual) or abs(actual - wanted) <= share * size + _ROUNDING_OF_ZERO:
             continue
-        name = f"{one.initial.variable}0"
-        found.append(catalogue.moved_start(one.initial.span, one.name, name, actual))
+        found.append(catalogue.moved_start(one.span, one.name, f"{one.variable}0", actual))
     if found:
         raise BgError(found)
 
 
 def _values(
-    program: Program, one: GivenFlow, point: Mapping[Symbol, float]
+    program: Program, one: GivenValue, point: Mapping[Symbol, float]
 ) -> tuple[float, float] | None:
     """A variable and the value given to it; None where the point does not determine them."""
     dag = program.dag

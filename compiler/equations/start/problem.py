@@ -7,18 +7,18 @@ the variable is: a charge, a momentum, an effort, a flow, or the common variable
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.storage.conditions import Condition, unusable
-from bgc.equations.storage.initial_values import given_values
+from bgc.equations.start.given import GivenVariable, given_of_element, given_of_junctions
+from bgc.equations.storage.conditions import Condition
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.graph import Initial, Junction, Node
+from bgc.ir.graph import Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,16 +55,25 @@ def start_problem(
     if not variables.starting:
         return None
     chosen = [e for e in elements if e.ports[0].port.element in variables.starting]
-    common = list(_of_junctions(variables, resolver, variables.starting))
+
+    def of_junctions(indices: Collection[int]) -> list[Given]:
+        found = given_of_junctions(variables, indices)
+        return [_given(variables, resolver, one) for one in found]
+
+    common = of_junctions(variables.starting)
     chosen += _moved_by(variables, resolver, elements, states, chosen, common)
     others = variables.given_junctions - variables.starting
-    for one in _of_junctions(variables, resolver, others):
+    for one in of_junctions(others):
         moved = _moved_by(variables, resolver, elements, states, (), [one])
         if any(element in chosen for element in moved):
             common.append(one)
             chosen += [element for element in moved if element not in chosen]
     chosen += _sharing(elements, states, chosen)
-    given = [one for element in chosen for one in _of_element(variables, resolver, element)]
+    given = [
+        _given(variables, resolver, one)
+        for element in chosen
+        for one in given_of_element(variables.dag, element)
+    ]
     default = [one for one in given if one.condition.is_default]
     given = [*(one for one in given if not one.condition.is_default), *common, *default]
     if not given:
@@ -83,40 +92,9 @@ def start_problem(
     )
 
 
-def _of_element(
-    variables: Variables, resolver: Resolver, element: StorageElement
-) -> Iterator[Given]:
-    """The conditions of a storage element's initial values."""
-    dag = variables.dag
-    for (position, variable), initial in given_values(element).items():
-        port = element.ports[position]
-        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
-        if variable == "q" and port.has_momentum and port.charge is not None:
-            continue  # the charge of an IC beside its momentum starts by itself
-        if variable == "p" and not port.has_momentum and initial.value == dag.zero:
-            continue  # imposes nothing on a port without momentum
-        if variable not in {state, answer}:
-            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
-        node = port.state if variable == state else port.answer
-        yield _given(variables, resolver, node, element.storage.name, initial)
-
-
-def _of_junctions(
-    variables: Variables, resolver: Resolver, indices: Collection[int]
-) -> Iterator[Given]:
-    """The conditions on the common variables of junctions."""
-    for index in sorted(indices):
-        junction = variables.causal.graph.elements[index]
-        if isinstance(junction, Junction) and junction.initial is not None:
-            kind = Kind.EFFORT if junction.kind == "J0" else Kind.FLOW
-            symbol = variables.dag.symbol(kind, junction.ports[0].bond)
-            yield _given(variables, resolver, symbol, junction.name, junction.initial)
-
-
-def _given(
-    variables: Variables, resolver: Resolver, node: Node, name: str, initial: Initial
-) -> Given:
-    final, value = resolver.resolve_all([node, initial.value])
+def _given(variables: Variables, resolver: Resolver, one: GivenVariable) -> Given:
+    name, initial = one.name, one.initial
+    final, value = resolver.resolve_all([one.node, initial.value])
     found = Given(final, Condition({}, value, name, initial))
     held = set(variables.dag.reachable([final]))
     if held & variables.speeds.keys() or held & set(variables.multipliers):

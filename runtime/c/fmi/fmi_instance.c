@@ -24,10 +24,13 @@ static const char *part_at_fault(const bgc_fmi *i, bgc_status status, const char
         return k >= 0 && k < m->n_assert ? m->assertion[k] : NULL;
     case BGC_BAD_PARAMETER:
         k = bgc_failed_parameter(d);
-        *role = k < m->n_param ? "parameter" : "condition";
+        *role = k < m->n_param                   ? "parameter"
+                : k > m->n_param + m->n_check ? "at the start,"
+                                              : "condition";
         return k < 0                         ? NULL
                : k < m->n_param              ? m->param[k].name
                : k < m->n_param + m->n_check ? m->param_check[k - m->n_param]
+               : k > m->n_param + m->n_check ? m->given_name[k - m->n_param - m->n_check - 1]
                                              : "initial values exist";
     case BGC_VANISHING:
         *role = "divisor of";
@@ -194,9 +197,11 @@ bgc_fmi_status bgc_fmi_start(bgc_fmi *i) {
         return BGC_FMI_OK;
     }
     i->core.viewed = i->core.has_row = i->core.has_snapshot = 0;
-    status = bgc_reset(m, i->d, i->core.start_time);
-    if (status == BGC_OK && i->info->start != NULL) {
-        status = bgc_restart_at(m, i->d, i->info->start);
+    if (i->info->start != NULL) {
+        status = bgc_reset_unchecked(m, i->d, i->core.start_time);
+        status = status == BGC_OK ? bgc_restart_at(m, i->d, i->info->start) : status;
+    } else {
+        status = bgc_reset(m, i->d, i->core.start_time);
     }
     if (status != BGC_OK) {
         return bgc_fmi_explain(i, BGC_FMI_ERROR, status);

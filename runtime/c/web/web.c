@@ -87,11 +87,11 @@ EXPORTED("start") int page_start(const double *state, int count, const int *inde
     for (int k = 0; k < count; k++) {
         bgc_set_param(page.m, page.d, index[k], value[k]);
     }
-    status = bgc_reset(page.m, page.d, 0.0);
-    if (status == BGC_OK && state != NULL) {
-        status = bgc_restart_at(page.m, page.d, state);
+    if (state == NULL) {
+        return bgc_reset(page.m, page.d, 0.0);
     }
-    return status;
+    status = bgc_reset_unchecked(page.m, page.d, 0.0);
+    return status == BGC_OK ? bgc_restart_at(page.m, page.d, state) : status;
 }
 
 /* Integrates to n times and writes their rows; done() is their number. */
@@ -130,7 +130,7 @@ EXPORTED("change") int page_change(int k, double value, double time) {
     time = page_take_state(time);
     memcpy(page.input, bgc_input(d), (size_t)m->n_input * sizeof(double));
     bgc_set_param(m, d, k, value);
-    status = bgc_reset(m, d, time);
+    status = bgc_reset_unchecked(m, d, time);
     if (status == BGC_OK) {
         memcpy(bgc_state(d), page.state, (size_t)m->n_state * sizeof(double));
         memcpy(bgc_input(d), page.input, (size_t)m->n_input * sizeof(double));

@@ -1,0 +1,101 @@
+"""The initial values that a model gives: their variables, and those that each start has to check.
+
+A value holds by construction where the initial states are formulas that satisfy it, which is proven
+here. Others are found by a solver, with a loop or a closed chain among their equations, or give way
+as defaults: the runtime compares them with the start that it has found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag, Kind
+from bgc.equations.loops.substitution import Resolver
+from bgc.equations.storage.conditions import Condition, unusable
+from bgc.equations.storage.initial_values import given_values
+from bgc.equations.storage.kinds import StorageElement
+from bgc.equations.variables.definitions import Variables
+from bgc.ir.graph import Initial, Junction, Node
+from bgc.ir.program import GivenValue, ProgramState
+
+
+@dataclass(frozen=True, slots=True)
+class GivenVariable:
+    """A variable that has an initial value: a node of raw symbols."""
+
+    name: str  # of its element
+    initial: Initial
+    node: Node
+
+
+def given_of_element(dag: Dag, element: StorageElement) -> Iterator[GivenVariable]:
+    """The variables of a storage element that have initial values and impose something.
+
+    Raises
+    ------
+    BgError
+        BG515: no state of the element follows from the variable.
+    """
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
+        if variable == "q" and port.has_momentum and port.charge is not None:
+            continue  # the charge of an IC beside its momentum starts by itself
+        if variable == "p" and not port.has_momentum and initial.value == dag.zero:
+            continue  # imposes nothing on a port without momentum
+        if variable not in {state, answer}:
+            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
+        node = port.state if variable == state else port.answer
+        yield GivenVariable(element.storage.name, initial, node)
+
+
+def given_of_junctions(variables: Variables, indices: Collection[int]) -> Iterator[GivenVariable]:
+    """The common variables of those of some elements that are junctions with an initial value."""
+    for index in sorted(indices):
+        junction = variables.causal.graph.elements[index]
+        if isinstance(junction, Junction) and junction.initial is not None and junction.ports:
+            kind = Kind.EFFORT if junction.kind == "J0" else Kind.FLOW
+            symbol = variables.dag.symbol(kind, junction.ports[0].bond)
+            yield GivenVariable(junction.name, junction.initial, symbol)
+
+
+def resolve_given(
+    variables: Variables, resolver: Resolver, elements: Sequence[StorageElement]
+) -> list[GivenValue]:
+    """The given values of storage and of the junctions that it determines, in final nodes.
+
+    Constant zeros by default, which give way without a word, are left out.
+    """
+    found = [one for element in elements for one in given_of_element(variables.dag, element)]
+    found += given_of_junctions(variables, variables.given_junctions | variables.starting)
+    values: list[GivenValue] = []
+    for one in found:
+        initial = one.initial
+        if not initial.is_default or initial.value != variables.dag.zero:
+            node, value = resolver.resolve_all([one.node, initial.value])
+            values.append(
+                GivenValue(
+                    node, value, initial.variable, one.name, initial.span, initial.is_default
+                )
+            )
+    return values
+
+
+def values_to_check(
+    variables: Variables,
+    given: Sequence[GivenValue],
+    states: Sequence[ProgramState],
+    free: Collection[int],
+) -> tuple[GivenValue, ...]:
+    """The given values that are not proven to hold where the states have their initial values.
+
+    A solver moves the states that are numbered `free`, and those in closed chains.
+    """
+    dag, fingerprints = variables.dag, variables.causal.fingerprints
+    moved = set(range(len(states))) if variables.causal.closures else set(free)
+    moved |= {k for k, s in enumerate(states) if s.projection is not None or s.kind == "algebraic"}
+    start = {dag.symbol(Kind.STATE, k): s.initial for k, s in enumerate(states) if k not in moved}
+    differences = dag.substitute([dag.sub(g.node, g.value) for g in given], start)
+    pairs = zip(given, differences, strict=True)
+    return tuple(g for g, difference in pairs if not fingerprints.is_zero(difference))
