@@ -86,6 +86,7 @@ class Wishes:
 
     initials: bool = True
     size: int = 5
+    coupled: bool = False
 
 
 class Home(Protocol):

@@ -38,7 +38,7 @@ from dense_pencil import is_singular
 from equation_check import LEAST, Checked, check_columns
 from flat_expressions import Var, variables
 from observed_variables import with_all_observed
-from program_draw import Wishes, draw_program
+from program_draw import COUPLED, draw_program
 from program_ends import cut_before, vanishing
 from program_runs import (
     ACCOUNTS,
@@ -101,7 +101,7 @@ def program_of(seed: int) -> Program:
     try:
         Reference(raw_equations(program)).start()
     except (IllPosed, NoSolution, Unconnected, np.linalg.LinAlgError):
-        return draw_program(seed, Wishes(initials=False))
+        return draw_program(seed, initials=False)
     return program
 
 
@@ -125,7 +125,7 @@ def check_equations(seed: int, *, variants: int = 0) -> Outcome:
         if about.startswith("BG516"):
             if kind == "refused":
                 return Outcome(seed, kind, about, time.process_time() - began)
-            bare = draw_program(seed, Wishes(initials=False))
+            bare = draw_program(seed, initials=False)
             kind, about = by_equations(bare, place, variants)
             about = f"{about} (without initial values)"
     return Outcome(seed, kind, about, time.process_time() - began)
@@ -294,7 +294,8 @@ def _judged(program: Program, codes: str) -> tuple[str, str]:
 def _refused(program: Program, codes: str) -> str:
     """The kind of a refusal of a program that has a solution, or may have one."""
     moduli = [line for line in write(program).splitlines() if "MTF" in line or "MGY" in line]
-    vanishes = any(word in line for line in moduli for word in VANISHING)
+    drawn_so = program.seed < COUPLED
+    vanishes = drawn_so and any(word in line for line in moduli for word in VANISHING)
     return "modulus" if codes in VARYING and vanishes else "refused"
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 
+from draw_coupled import CoupledDraw
 from draw_network import ModelDraw
 from draw_values import Reading, Template, Wishes
 from program_laws import (
@@ -34,6 +35,8 @@ from program_tree import (
     Unit,
     Value,
 )
+
+COUPLED = 100_000  # the first of the seeds with wide bodies and moduli that read flows
 
 
 class Drawer:
@@ -60,22 +63,30 @@ class Drawer:
 
     def program(self, seed: int) -> Program:
         rng = self.rng
-        for _ in range(rng.choice([0, 1, 1, 2])):
+        for _ in range(rng.choice([1, 2, 3, 4] if self.wishes.coupled else [0, 1, 1, 2])):
             self.two_ports.append(self._two_port_model())
         if rng.random() < 0.4:
             self._one_port_family()
-        main = ModelDraw(self, self.fresh("Main"), 0)
-        main.network(rng.choice([1, 2, 2, 3, 3, 4, self.wishes.size]))
+        main = self._model(self.fresh("Main"), 0)
+        least = [2, 3] if self.wishes.coupled else [1, 2]
+        main.network(rng.choice([*least, 2, 3, 3, 4, self.wishes.size]))
         main.dress()
         template = main.finish()
         scene = self._scene(main, template)
         return Program(tuple(self.models), tuple(self.interfaces), scene, seed)
 
+    def _model(self, name: str, depth: int) -> ModelDraw:
+        draw = CoupledDraw if self.wishes.coupled else ModelDraw
+        return draw(self, name, depth)
+
     def _two_port_model(self) -> Template:
         """A part between two nodes of one domain."""
         rng = self.rng
-        domain, width = rng.choice(DOMAINS), rng.choice([1, 1, 1, 2, 3])
-        draw = ModelDraw(self, self.fresh(rng.choice(["Strut", "Line", "Shaft", "Link"])), 1)
+        if self.two_ports and self.wishes.coupled and rng.random() < 0.7:
+            domain, width = self.two_ports[-1].domain, self.two_ports[-1].width
+        else:
+            domain, width = rng.choice(DOMAINS), rng.choice([1, 1, 1, 2, 3])
+        draw = self._model(self.fresh(rng.choice(["Strut", "Line", "Shaft", "Link"])), 1)
         kind = rng.choice(["J0", "J1"])
         first = draw.node(kind, domain, width)
         base, tip = self.fresh("base"), self.fresh("tip")
@@ -83,7 +94,7 @@ class Drawer:
         draw.add(Port(tip, "out", width))
         draw.bond(End((Step(base),)), first.end)
         last = first
-        if rng.random() < 0.4:
+        if rng.random() < (0.7 if self.wishes.coupled else 0.4):
             last = draw.node(rng.choice(["J0", "J1"]), domain, width)
             draw.edge(first, last, plain=True)
         draw.bond(last.end, End((Step(tip),)))
@@ -105,7 +116,7 @@ class Drawer:
         self.interfaces.append(interface)
         filling = []
         for _ in range(2):
-            draw = ModelDraw(self, self.fresh(rng.choice(["Soft", "Hard", "Damped"])), 1)
+            draw = self._model(self.fresh(rng.choice(["Soft", "Hard", "Damped"])), 1)
             draw.interface = interface.name
             draw.add(port)
             node = draw.node("J1", domain, 1)
@@ -156,9 +167,9 @@ class Drawer:
         )
 
 
-def draw_program(seed: int, wishes: Wishes | None = None) -> Program:
-    """The program of a seed."""
-    return Drawer(seed, wishes or Wishes()).program(seed)
+def draw_program(seed: int, *, initials: bool = True) -> Program:
+    """The program of a seed; from `COUPLED` on its parts depend on each other."""
+    return Drawer(seed, Wishes(initials, coupled=seed >= COUPLED)).program(seed)
 
 
-__all__ = ["Wishes", "draw_program"]
+__all__ = ["COUPLED", "draw_program"]

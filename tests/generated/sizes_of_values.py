@@ -24,6 +24,7 @@ _SMOOTH: dict[str, tuple[Callable, Callable]] = {  # type: ignore[type-arg]
     "exp": (np.exp, np.exp),
     "expm1": (np.expm1, np.exp),
     "asinh": (np.arcsinh, lambda u: 1 / np.sqrt(1 + u * u)),
+    "log1p": (np.log1p, lambda u: 1 / (1 + u)),
     "sinh": (np.sinh, np.cosh),
     "cosh": (np.cosh, np.sinh),
     "erf": (erf, lambda u: np.exp(-u * u) * 1.2),

@@ -5,6 +5,7 @@ README.md has the classes of programs and the counts of longer campaigns.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +24,14 @@ from program_check import (
     by_reference,
     program_of,
 )
-from program_draw import Wishes, draw_program
+from program_draw import draw_program
 from program_ends import cut_before, vanishing
 from program_loops import loop_differences
 from program_modes import slope_errors
 from program_runs import CLOSE, difference, run_text, scales_of
+from program_shrink import shrunk, signature
 from program_text import Style, write
+from program_tree import For, Model, Part, Program
 from program_variants import slice_and_whole
 from raw_equations import raw_equations
 
@@ -59,7 +62,7 @@ def test_a_run_with_defaults_leaves_the_root_that_it_starts_at(tmp_path: Path) -
 
     The rates of all states, integrated, are their changes; the error of a row is that of defaults.
     """
-    drawn = draw_program(30433, Wishes(initials=False))
+    drawn = draw_program(30433, initials=False)
     program = with_all_observed(drawn).with_scene(rows=ROWS)
     columns = run_text(write(program), tmp_path, rtol=DEFAULT_RTOL)
     found = check_columns(raw_equations(program), columns, float(program.scene.duration))
@@ -131,6 +134,57 @@ def test_a_wrong_column_misses_an_equation(tmp_path: Path) -> None:
     for name in ("energy.stored", "energy.supplied", "energy.dissipated"):
         wrong = columns[name] * 1.01
         assert check_columns(raw, columns | {name: wrong}, duration).rate > RATE
+
+
+@pytest.mark.parametrize("seed", [100002, 100004, 100005])
+def test_a_program_with_coupled_parts_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
+    kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
+    assert (kind, about) == ("agrees", about)
+
+
+FEATURES = {
+    "a full matrix of six inertias": r"I\[6\]\(.*\[(\[.*\], ){5}\[.*\]\]",
+    "a matrix of one column": r"MTF\[1, [2-6]\] \{ f2 = ",
+    "a matrix of one row": r"M(TF\[[2-6], 1\] \{ f2|GY\[[2-6], 1\] \{ e2) = ",
+    "a rotation by a state": r"MTF\[.* \* cos\(angle\d* / .*-\(.* \* sin\(angle|-.*sin\(angle",
+    "a transformer turned by a flow": r"MTF.*(sin|cos|tanh|atan|log1p)\(\(?\w+\.f",
+    "a gyrator turned by a flow": r"MGY.*(sin|cos|tanh|atan|log1p)\(\(?\w+\.f",
+    "a modulus that reads a momentum": r"M(TF|GY).*\w+\.p(\[\d\])? / ",
+    "a flow given to a wide body": r"I\[[2-6]\].*f0 = \[",
+    "an array of models": r"row\d*\[i\] : (Strut|Line|Shaft|Link)",
+}
+
+
+@pytest.mark.parametrize("feature", FEATURES)
+def test_seeds_of_coupled_parts_have_each_feature(feature: str) -> None:
+    """One of forty programs or more has it; the network around it is drawn anew each time."""
+    texts = [write(draw_program(seed)) for seed in range(100_000, 100_120)]
+    assert sum(re.search(FEATURES[feature], text) is not None for text in texts) >= 3
+
+
+def test_models_of_coupled_parts_are_nested() -> None:
+    programs = [draw_program(seed) for seed in range(100_000, 100_060)]
+    assert sum(_depth(program, program.main) >= 3 for program in programs) >= 3
+
+
+def _depth(program: Program, model: Model) -> int:
+    """The number of models within each other, arrays counted in."""
+    named = {m.name for m in program.models}
+    loops = [s for f in model.statements if isinstance(f, For) for s in f.body]
+    parts = [s for s in (*model.statements, *loops) if isinstance(s, Part) and s.type in named]
+    return 1 + max((_depth(program, program.model(s.type)) for s in parts), default=0)
+
+
+def test_a_shrunk_program_keeps_what_it_is_asked_for() -> None:
+    def keeps(program: Program) -> bool:
+        return "MGY" in write(program)
+
+    found = next(p for p in map(draw_program, range(100_000, 100_100)) if keeps(p))
+    small = shrunk(found, keeps)
+    assert keeps(small)
+    assert [s.type for m in small.models for s in m.statements if isinstance(s, Part)] == ["GY"]
+    assert signature("refused", "BG512 with more") == "refused BG512"
+    assert signature("differs", "start of body by 2e-3") == "differs start"
 
 
 def test_a_seed_draws_the_same_program_each_time() -> None:
