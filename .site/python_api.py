@@ -101,7 +101,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.BgWarning",
             "bgc.diagnostics.diagnostic.Diagnostic",
             "bgc.SimulationError",
-            "bgc.runtime.results.interrupted.Interrupted",
+            "bgc.runtime.results.runs.Interrupted",
             "bgc.runtime.running.failures.RunInterrupted",
         ),
     ),

@@ -14,14 +14,13 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_function
 from bgc.runtime.linear import feedback, frequency, root_loci, time_response, zeros
 from bgc.runtime.linear import stability_margins as stability
-from bgc.runtime.linear.bode_plot import plot_bode
 from bgc.runtime.linear.frequency import Response
 from bgc.runtime.linear.loop_charts import plot_nichols, plot_nyquist
 from bgc.runtime.linear.pole_charts import plot_locus, plot_poles
+from bgc.runtime.linear.response_charts import plot_bode, plot_time_response
 from bgc.runtime.linear.root_loci import Locus
 from bgc.runtime.linear.stability_margins import Margins
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.linear.step_chart import plot_time_response
 from bgc.runtime.linear.time_response import TimeResponse
 from bgc.runtime.linear.zeros import Factors
 from bgc.runtime.results.arrays import Complex

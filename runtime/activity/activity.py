@@ -18,8 +18,7 @@ from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.simplifications import Candidate, keep_variants, possible_changes
-from bgc.runtime.measuring.errors import largest_errors, worst_error
-from bgc.runtime.measuring.judging import Accuracy, duration_of
+from bgc.runtime.measuring.judging import Accuracy, duration_of, largest_errors, worst_error
 from bgc.runtime.measuring.timed_run import Run, reason_of, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel

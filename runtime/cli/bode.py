@@ -53,7 +53,7 @@ def bode(
         write_rows(out, _rows(responses))
     if plot is not None:
         # Loads matplotlib.
-        from bgc.runtime.linear.bode_plot import plot_bode
+        from bgc.runtime.linear.response_charts import plot_bode
 
         plot_bode(responses, plot)
     if out != "-":

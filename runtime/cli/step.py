@@ -46,7 +46,7 @@ def step(
     save(response, out)
     if plot is not None:
         # Loads matplotlib.
-        from bgc.runtime.linear.step_chart import plot_time_response
+        from bgc.runtime.linear.response_charts import plot_time_response
 
         plot_time_response(response, title, plot)
     print_written(out, plot)

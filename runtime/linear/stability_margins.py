@@ -12,7 +12,7 @@ from bgc.runtime.linear.feedback import close_loop
 from bgc.runtime.linear.frequency import Response, frequency_response
 from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.linear.state_space import Linearisation
-from bgc.runtime.results.table_display import Tabled
+from bgc.runtime.results.html import Tabled
 
 _DECADES = 12  # beyond the modes, in which a crossover is looked for
 _RIGHT = 1e-9  # of the largest eigenvalue: real parts below it are rounding

@@ -1,19 +1,101 @@
-"""What studies of errors share: methods of references, acceptable errors, notes in the cache."""
+"""Errors of runs against references, and what studies of them share.
+
+These are methods and tolerances of references, acceptable errors, and notes in the cache.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.runtime.measuring.errors import Quantity, quantities_of
+from bgc.language.column_names import vector_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.identity import scene_identity
-from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.loaded_model import LoadedModel, Variable
+from bgc.values.shown_units import Shown
+
+_SMALLEST_RANGE = 1e-6  # of the largest quantity of its unit
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity whose error is measured.
+
+    Errors are divided by `scale`: the required accuracy where `required`, else the range of the
+    quantity. Only quantities with `decides` count in the combined error. `written` is the unit in
+    which tables show it, None for `unit`.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    required: bool
+    decides: bool
+    written: Shown | None = None
+
+    @property
+    def shown(self) -> Shown:
+        """The unit in which its values and errors are shown."""
+        return self.written or Shown(self.unit)
+
+
+def quantities_of(
+    variables: Sequence[Variable], reference: Array, requirements: Mapping[str, float]
+) -> tuple[Quantity, ...]:
+    """Compute the scales of all outputs from a solution (n, m) and the requirements.
+
+    Components of a vector share the widest range among them. A range is at least a millionth of
+    the largest quantity of the same unit, so that noise is not divided by noise; for a quantity
+    that is always zero it is 1 in its unit. If anything is required, only required quantities
+    decide.
+    """
+    ranges = np.ptp(reference, axis=0)
+    sizes = np.max(np.abs(reference), axis=0)
+    scales = []
+    for k, variable in enumerate(variables):
+        vector = vector_of(variable.name)
+        alike = [
+            i for i, v in enumerate(variables) if i == k or (vector and vector_of(v.name) == vector)
+        ]
+        of_unit = [i for i, v in enumerate(variables) if v.unit == variable.unit]
+        least = _SMALLEST_RANGE * max(sizes[i] for i in of_unit)
+        scales.append(float(max(least, *(ranges[i] for i in alike))) or 1.0)
+    return tuple(
+        Quantity(
+            v.name,
+            v.unit,
+            requirements.get(v.name, scale),
+            required=v.name in requirements,
+            decides=not requirements or v.name in requirements,
+            written=v.written,
+        )
+        for v, scale in zip(variables, scales, strict=True)
+    )
+
+
+def largest_errors(rows: Array, reference: Array) -> tuple[float, ...]:
+    """Compute the largest absolute difference of each column over the run, in its unit."""
+    return tuple(np.max(np.abs(rows - reference), axis=0).tolist())
+
+
+def worst_error(errors: Sequence[float], quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
+    """Find the deciding quantity with the largest error over its scale; return it and its error."""
+    pairs = [(q, e) for q, e in zip(quantities, errors, strict=True) if q.decides]
+    return max(pairs, key=lambda pair: pair[1] / pair[0].scale)
+
+
+def combined(errors: Sequence[float], quantities: Sequence[Quantity]) -> float:
+    """Compute the combined error: the largest of the deciding errors over their scales."""
+    quantity, error = worst_error(errors, quantities)
+    return error / quantity.scale
+
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")
 """Methods of references; those that come first complete most runs."""

@@ -16,10 +16,8 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, optional_package
-from bgc.runtime.results.finite import not_finite
-from bgc.runtime.results.interrupted import Interrupted
-from bgc.runtime.results.result import Result
-from bgc.runtime.results.runs import Runs, placed
+from bgc.runtime.results.result import Result, not_finite
+from bgc.runtime.results.runs import Interrupted, Runs, placed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,14 +1,15 @@
-"""Tables and figures as HTML, for notebooks."""
+"""Tables and figures as HTML, for notebooks, and objects that show as their tables."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING
 
-from bgc.printing.text_tables import Table
+from bgc.printing.text_tables import Table, as_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,3 +44,19 @@ def figure_html(figure: Figure) -> str:
     figure.savefig(out, format="png", dpi=_DPI)
     text = b64encode(out.getvalue()).decode("ascii")
     return f"<img alt='plot' src='data:image/png;base64,{text}'>"
+
+
+class Tabled:
+    """A base of classes with `tables()`: they are its text and its HTML."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def tables(self) -> Sequence[Table]:
+        """Return the tables that show the object."""
+
+    def __repr__(self) -> str:
+        return as_text(self.tables()).rstrip()
+
+    def _repr_html_(self) -> str:
+        return tables_html(self.tables())

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from bgc.diagnostics.catalogue import counted
-from bgc.diagnostics.catalogue.accuracy import out_of_balance
+from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
@@ -19,7 +19,6 @@ from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import RunColumns, dataset, optional_package
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays
-from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.row_files import CsvRows, RowArray, RowFile
@@ -60,6 +59,19 @@ def balance_warnings(time: Array, residual: Array, exchanged: float) -> Iterator
     if len(time) and unbalanced(largest := float(sizes.max()), exchanged):
         first = int(np.argmax(sizes > _UNBALANCED * exchanged))
         yield out_of_balance(float(time[first]), largest / exchanged)
+
+
+def not_finite(time: Array, columns: Mapping[str, Array]) -> Iterator[Diagnostic]:
+    """Warn of the column that is the first to have a value that is not finite (BG712)."""
+    worst: tuple[int, str, bool] | None = None
+    for name, column in columns.items():
+        finite = np.isfinite(column)
+        row = int(np.argmin(finite)) if len(finite) else 0  # the first that is not
+        if not finite.all() and (worst is None or row < worst[0]):
+            worst = row, name, not finite[row:].any()
+    if worst is not None:
+        row, name, to_the_end = worst
+        yield value_not_finite(name, float(time[row]), to_the_end)
 
 
 @public_class

@@ -17,11 +17,23 @@ from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.columns import InUnits, UnknownColumn, dataset
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays
-from bgc.runtime.results.interrupted import Interrupted
 from bgc.values.shown_units import Shown
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 _LISTED = 10  # numbers of instances in a warning
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run or a study; `result` holds what was done by then, None if nothing was.
+
+    `kept` is true where the next equal call goes on from there. It is a KeyboardInterrupt, so that
+    a script with many runs ends as its user expects.
+    """
+
+    def __init__(self, message: str, result: Any = None, kept: bool = False) -> None:
+        super().__init__(message)
+        self.result = result
+        self.kept = kept
 
 
 @public_class

@@ -12,8 +12,8 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.html import Tabled
 from bgc.runtime.results.runs import ObservedRuns
-from bgc.runtime.results.table_display import Tabled
 from bgc.values.shown_units import Shown
 
 _RESAMPLES = 1000

@@ -12,8 +12,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.public import public_class
 from bgc.printing.text_tables import Table, table_text
 from bgc.runtime.results.columns import optional_package
-from bgc.runtime.results.interrupted import Interrupted
-from bgc.runtime.results.runs import ObservedRuns
+from bgc.runtime.results.runs import Interrupted, ObservedRuns
 from bgc.runtime.results.statistics import Sensitivity, Statistics, sensitivity, statistics
 
 if TYPE_CHECKING:

@@ -25,7 +25,6 @@ from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.run import set_method, start
-from bgc.runtime.running.selection import Selection
 from bgc.runtime.running.structures import Status, VarInfo
 from bgc.values.shown_units import Shown, shown_by
 
@@ -45,6 +44,38 @@ class Variable:
     def shown(self) -> Shown:
         """The unit in which its values are shown."""
         return self.written or Shown(self.unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """The places of the outputs in a row that C writes, and the units of the numbers there.
+
+    An output is the number at its place divided by its factor. C writes energy accounts in J and
+    all other columns in their own units, so that only accounts have a factor other than 1.
+    """
+
+    places: tuple[int, ...]
+    factors: tuple[float, ...]
+
+    def of(self, rows: Array) -> Array:
+        """The outputs, (.., outputs), of rows, (.., width)."""
+        if self.places == tuple(range(rows.shape[-1])) and not self._converts:
+            return rows
+        found = rows[..., list(self.places)]
+        return found / np.array(self.factors) if self._converts else found
+
+    def column(self, rows: Array, output: int) -> Array:
+        """One output of rows, (rows, width); a view of them where it needs no conversion."""
+        found = rows[:, self.places[output]]
+        return found if self.factors[output] == 1.0 else found / self.factors[output]
+
+    def fill(self, rows: Array, outputs: Array) -> None:
+        """Write outputs back to their places in rows."""
+        rows[..., list(self.places)] = outputs * np.array(self.factors)
+
+    @property
+    def _converts(self) -> bool:
+        return any(factor != 1.0 for factor in self.factors)
 
 
 class LoadedModel:
@@ -187,6 +218,26 @@ class LoadedModel:
             status, _ = go_to_rest(instance, self.facts.rest)
             require(instance, status, self._places)
         return instance
+
+    def change_parameters(
+        self, instance: Instance, time: float, values: Mapping[str, float]
+    ) -> Status:
+        """Set parameters, SI, at a time that an instance has just reached, and restart it there.
+
+        The state stays, and the energy accounts start again at zero. Where the run cannot go on,
+        the status says why and the caller restores what it saved.
+        """
+        state = instance.state_at(time)
+        if not np.isfinite(state).all():
+            state, time = instance.state.copy(), instance.time
+        inputs = instance.input.copy()
+        self.parameters.set_in(instance, values)
+        status = instance.reset(time, checked=False)
+        if status is Status.OK:
+            instance.state[:] = state
+            instance.input[:] = inputs
+            status = instance.restart()
+        return status
 
     def explain(self, instance: Instance, status: Status) -> Diagnostic:
         """Explain the failure of one of this model's instances."""

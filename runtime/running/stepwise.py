@@ -20,7 +20,6 @@ from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, array_of, drives_of, literal, nested, pair_of
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.parameter_changes import change_parameters
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.quantity import Quantity, in_si
@@ -150,7 +149,7 @@ class Stepping:
         """Give inputs new values at the present time; the energy accounts go on."""
         if self._model.accounts:
             self._accounts = self._row[len(self._model.measured) :].copy()
-        status = change_parameters(self._model, instance, self._time, values)
+        status = self._model.change_parameters(instance, self._time, values)
         if status is not Status.OK:
             raise BgError([self._model.explain(instance, status)])
 

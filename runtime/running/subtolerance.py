@@ -20,7 +20,6 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import NOTHING, ParameterValue
-from bgc.runtime.running.resolution import observed_scales
 from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.structures import Status
 
@@ -64,6 +63,26 @@ def is_repeatable(model: LoadedModel) -> bool:
     """Return whether a run can be repeated: without devices, and inputs that the caller writes."""
     info = model.library.model
     return not (info.n_device or info.n_input)
+
+
+def observed_scales(model: LoadedModel) -> Array:
+    """The change of each observed quantity where every state changes by its scale, at the start.
+
+    A tolerance of the states times this is that of the quantity. Zero where there is no start.
+    """
+    instance = model.parameters.instance({})
+    found = np.zeros(len(model.measured))
+    if instance.reset(checked=False) is not Status.OK:
+        return found
+    _, start = instance.outputs()
+    for k, size in enumerate(instance.scale.tolist()):
+        present = instance.state[k]
+        instance.state[k] = present + size
+        _, moved = instance.outputs()
+        instance.state[k] = present
+        change = np.abs(moved - start)
+        found += np.where(np.isfinite(change), change, 0.0)
+    return found
 
 
 def subtolerance_states(instance: Instance) -> tuple[Subtolerance, ...]:

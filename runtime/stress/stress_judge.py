@@ -9,14 +9,20 @@ from enum import Enum
 import numpy as np
 
 from bgc.language.solver import Solver
-from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
-from bgc.runtime.measuring.judging import AT_THE_REFERENCE, METHODS, RTOLS, Accuracy
+from bgc.runtime.measuring.judging import (
+    AT_THE_REFERENCE,
+    METHODS,
+    RTOLS,
+    Accuracy,
+    combined,
+    largest_errors,
+    quantities_of,
+)
 from bgc.runtime.measuring.timed_run import Run, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.resolution import observed_scales
-from bgc.runtime.running.subtolerance import Probe, is_repeatable
+from bgc.runtime.running.subtolerance import Probe, is_repeatable, observed_scales
 from bgc.runtime.stress.unresolved_modes import ringing_at_start
 
 WRONG = 0.1  # of the range: larger errors make a number useless

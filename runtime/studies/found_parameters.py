@@ -9,7 +9,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.table_display import Tabled
+from bgc.runtime.results.html import Tabled
 from bgc.values.shown_units import Shown
 
 

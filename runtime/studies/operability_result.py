@@ -16,9 +16,9 @@ from bgc.diagnostics.public import public_class
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_rows
+from bgc.runtime.results.html import Tabled
 from bgc.runtime.results.observables import Criterion
 from bgc.runtime.results.study import Study
-from bgc.runtime.results.table_display import Tabled
 from bgc.runtime.running.csv_tables import number_of, read_rows
 from bgc.values.shown_units import Shown
 

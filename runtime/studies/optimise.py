@@ -18,8 +18,8 @@ from bgc.diagnostics.catalogue.studies import (
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import STEPPED, Criterion, Observable
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Range
 from bgc.runtime.running.progress import StatusLine

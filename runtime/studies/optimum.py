@@ -12,8 +12,8 @@ from bgc.diagnostics.public import public_class
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_rows
-from bgc.runtime.results.interrupted import Interrupted
 from bgc.runtime.results.observables import Criterion, Observable
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.studies.found_parameters import FoundParameters
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bgc.language.column_names import name_in_si, vector_of
-from bgc.runtime.measuring.errors import Quantity, combined, worst_error
-from bgc.runtime.measuring.judging import AT_THE_REFERENCE
+from bgc.runtime.measuring.judging import AT_THE_REFERENCE, Quantity, combined, worst_error
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement

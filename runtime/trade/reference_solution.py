@@ -11,8 +11,14 @@ import numpy as np
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
-from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
-from bgc.runtime.measuring.judging import METHODS, RTOLS
+from bgc.runtime.measuring.judging import (
+    METHODS,
+    RTOLS,
+    Quantity,
+    combined,
+    largest_errors,
+    quantities_of,
+)
 from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel

@@ -15,7 +15,7 @@ import matplotlib
 
 from bgc.language.column_names import name_in_si
 from bgc.runtime.documents.templates import render_template
-from bgc.runtime.measuring.errors import combined
+from bgc.runtime.measuring.judging import combined
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.trade_result import TradeResult

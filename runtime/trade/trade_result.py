@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.runtime.measuring.errors import Quantity
+from bgc.runtime.measuring.judging import Quantity
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import Target, Verdict
 from bgc.runtime.trade.measurement import Measurement

@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from bgc.language.solver import Solver
-from bgc.runtime.measuring.errors import combined, largest_errors
-from bgc.runtime.measuring.judging import Accuracy
+from bgc.runtime.measuring.judging import Accuracy, combined, largest_errors
 from bgc.runtime.measuring.timed_run import Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel

@@ -9,7 +9,7 @@ from typing import Any
 
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table
-from bgc.runtime.measuring.errors import Quantity
+from bgc.runtime.measuring.judging import Quantity
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled, times_real_time

@@ -15,7 +15,6 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.parameter_changes import change_parameters
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.structures import Status
@@ -146,7 +145,7 @@ class LiveRun:
     def _change(self, instance: Instance, values: Mapping[str, float]) -> None:
         """Set parameters in the middle of a run: reset at its time, then restore its state."""
         saved = instance.save()
-        status = change_parameters(self.model, instance, self.time, values)
+        status = self.model.change_parameters(instance, self.time, values)
         if status is not Status.OK:
             reason = self.model.explain(instance, status)
             instance.restore(saved)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Final
+from typing import Any, Final
 
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.live_pages import page_without_graph
@@ -17,10 +17,11 @@ from bgc.driver import Stages, compile_scene
 from bgc.options import Options
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.view.graph_page import metered_stages
+from bgc.runtime.view.meter import Meter
 from bgc.runtime.view.page import bundle, page
 from bgc.runtime.web.content import page_content, run_settings
-from bgc.runtime.web.graph_meter import graph_content
-from bgc.runtime.web.module import emitted_module, require_zig
+from bgc.runtime.web.module import METER, emitted_module, packed, require_zig
 
 MOST_BONDS: Final = 5_000  # the layout of 6,000 takes 10 s, that of 18,000 more than eight minutes
 
@@ -103,3 +104,23 @@ def page_of(model: LoadedModel, stages: Stages, height: int = 520) -> LivePage:
     data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     document = page(model.facts.name, script, data, kind="model", policy=_POLICY)
     return LivePage(model.facts.name, document, (*model.warnings, *notices), height, seconds)
+
+
+def graph_content(model: LoadedModel) -> dict[str, Any]:
+    """Prepare the graph of a model for the page, as data for JSON.
+
+    The module is a second model, in which all bonds are observed; it follows the states, inputs and
+    parameters of the run, as `bgc.runtime.view.meter` does beside the page of `bgc view`. A page
+    has no compiler, so its graph has no slots.
+
+    Raises BgError: the faults of the model, BG545 and BG547.
+    """
+    stages, description = metered_stages(*model.source_for("graph"))
+    meter = Meter(stages.built, model)
+    known = {name: k for k, name in enumerate(meter.parameters)}
+    return {
+        **meter.places,
+        "description": {**description, "slots": [], "absent": meter.absent},
+        "parameters": [known.get(name, -1) for name in model.parameters],
+        "module": packed(emitted_module(stages.emitted, open_cache(), METER)),
+    }

@@ -15,7 +15,7 @@ import bgc
 from bgc.building.recall import processors
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
-from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.running import batches
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.many import plan_many

@@ -23,7 +23,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
-from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.running import batches, many, partial_ensemble
 
 pytestmark = pytest.mark.slow

@@ -14,7 +14,7 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.studies import points
 
 ABSORBER = """

@@ -18,7 +18,7 @@ from bgc.linearising.analysis_scene import open_scene
 from bgc.options import Options
 from bgc.runtime.fmi.fmu_model import prepare_model
 from bgc.runtime.linear.linear_tables import linear_tables
-from bgc.runtime.measuring.errors import quantities_of
+from bgc.runtime.measuring.judging import quantities_of
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.course import Course
 from bgc.runtime.results.summary import extremes

@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.text_tables import table_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
-from bgc.runtime.results.interrupted import Interrupted
+from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.results.study import Study
 from bgc.runtime.running import batches, partial_ensemble
 from bgc.runtime.running.csv_tables import read_cases

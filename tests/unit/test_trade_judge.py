@@ -10,7 +10,7 @@ import pytest
 from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
-from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
+from bgc.runtime.measuring.judging import Quantity, combined, quantities_of
 from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.running.loaded_model import Variable
 from bgc.runtime.running.quantity import spelled_time

@@ -7,7 +7,7 @@ const OK = 0;
 const ROUND = 1 / 15; // s of the clock between two readings
 
 export class Meter {
-  // `graph` is that of the page's content: runtime/web/graph_meter.py.
+  // `graph` is that of the page's content: runtime/web/page_export.py.
   static async of(graph) {
     return new Meter(await instantiate(await compileModule(graph.module)), graph);
   }

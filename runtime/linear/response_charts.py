@@ -1,7 +1,8 @@
-"""The Bode plot: magnitude and phase over a logarithmic axis of frequencies."""
+"""Charts of responses: the Bode plot over frequencies, a step or an impulse over time."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import cycle
 
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
+from bgc.runtime.linear.time_response import TimeResponse
 from bgc.runtime.results.plot import COLOURS, Target, picture
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
@@ -51,3 +53,32 @@ def _phase_step(responses: Sequence[Response]) -> float:
     low = min(float(response.phase.min()) for response in responses)
     span = max(float(response.phase.max()) for response in responses) - low
     return next((s for s in _PHASE_STEPS if span / s <= _MOST_TICKS), 360.0 * (1 + span // 2880))
+
+
+_GUIDE = "#999999"
+
+
+def plot_time_response(response: TimeResponse, title: str, path: Target = None) -> Figure:
+    """Draw each output of `response` in a panel of its own, with its steady value as a dotted line.
+
+    `title` stands above the chart, and `path` is a .png, .svg or .pdf file to write.
+    """
+    count = len(response.outputs)
+    with picture(path, 8.0, 0.8 + 2.8 * count) as figure:
+        every = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+        for k, axes in enumerate(every):
+            axes.plot(response.time, response.value[:, k], color=COLOURS[0])
+            steady = float(response.steady[k])
+            if math.isfinite(steady):
+                axes.axhline(
+                    steady, color=_GUIDE, linestyle=":", linewidth=0.9,
+                    label=f"steady value {steady:.4g}",
+                )  # fmt: skip
+                axes.legend(fontsize="small")
+            unit = f" [{response.units[k]}]" if response.units[k] else ""
+            axes.set_ylabel(f"{response.outputs[k]}{unit}")
+            axes.margins(x=0)
+        every[-1].set_xlabel("time [s]")
+        figure.align_ylabels()
+        figure.suptitle(title)
+    return figure
