@@ -78,6 +78,14 @@ class Scene:
         noun="step",
         where=Where.SCENE,
     )
+    every: float | None = option(
+        "interval between rows",
+        of=None,
+        unit="s",
+        default="that of the scene",
+        noun="interval",
+        example='"10 ms"',
+    )
     duration: float | None = option(
         "simulated time",
         of=None,
@@ -86,14 +94,6 @@ class Scene:
         noun="duration",
         flag="--time",
         example='"60 s"; by default that of the scene',
-    )
-    every: float | None = option(
-        "interval between rows",
-        of=None,
-        unit="s",
-        default="that of the scene",
-        noun="interval",
-        example='"10 ms"',
     )
     deadline: float | None = option(
         "processor time that a step may take", of=None, unit="s", noun="deadline", where=Where.SCENE

@@ -6,10 +6,11 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+from bgc.language.scene import Scene
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.command_server import announcing, prepare_serving, serving_beside
 from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
-from bgc.runtime.cli.options import ASSIGNED, SECONDS, TABLE, Devices, SceneOptions, SolverOptions
+from bgc.runtime.cli.options import ASSIGNED, TABLE, Devices, SceneOptions, SolverOptions, option_of
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 from bgc.runtime.cli.realtime import LimitOptions, follow, print_couplings
 from bgc.runtime.running.device_drivers import read_choices
@@ -25,8 +26,7 @@ def haptic(
     scene: SceneOptions,
     devices: Devices,
     duration: Annotated[
-        float | None,
-        option("Simulated time; by default until Ctrl-C.", "--time", type=SECONDS),
+        float | None, option_of(Scene, "duration", "Simulated time; by default until Ctrl-C.")
     ],
     method: SolverOptions,
     record: Annotated[

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.devices import bad_device_option
 from bgc.language.records import Where, options_of
+from bgc.language.scene import Scene
 from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.cli.command import (
@@ -30,6 +31,14 @@ if TYPE_CHECKING:
 SECONDS = Value("s")
 PICTURE = Target(".png", ".svg", ".pdf")
 TABLE = Target(".csv")
+
+
+def option_of(record: type, field: str, text: str = "") -> Declared:
+    """Declare the option that gives a field of a record, by default with the help of its own."""
+    known = options_of(record, Where.COMMAND)[field]
+    facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}
+    facts |= {"metavar": "NAME"} if known.kind is str else {}
+    return option(text or known.help, known.flag, **facts)
 
 
 def assigned(example: str) -> Pair:
@@ -87,10 +96,7 @@ Input = Annotated[str, option(_INPUT, metavar="NAME")]
 Inputs = Annotated[tuple[str, ...], option(_INPUT, "--input", metavar="NAME")]
 Output = Annotated[str, option(_OUTPUT, metavar="NAME")]
 Outputs = Annotated[tuple[str, ...], option(_OUTPUT, "--output", metavar="NAME")]
-Duration = Annotated[
-    float | None,
-    option("Simulated time; by default that of the scene.", "--time", type=SECONDS),
-]
+Duration = Annotated[float | None, option_of(Scene, "duration")]
 Budget = Annotated[
     float,
     option("Longest time for the measurements.", type=SECONDS, default="120 s", show_default=True),
@@ -164,15 +170,12 @@ class PointOptions(OptionGroup):
         return "steady" if self.steady else self.at or None
 
 
-def _solver_options(**texts: str) -> dict[str, tuple[Any, Declared]]:
-    """Rows of `signature` for the options of `Solver`; `texts` replace help texts by keyword."""
+def _rows(record: type, **texts: str) -> dict[str, tuple[Any, Declared]]:
+    """Rows of `signature` for the options of a record; `texts` replace help texts by keyword."""
     rows: dict[str, tuple[Any, Declared]] = {}
-    for known in options_of(Solver, Where.COMMAND).values():
+    for name, known in options_of(record, Where.COMMAND).items():
         kind = bool if known.kind is bool else known.kind | None
-        facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}
-        facts |= {"metavar": "NAME"} if known.kind is str else {}
-        text = texts.get(known.keyword, known.help)
-        rows[known.keyword] = kind, option(text, known.flag, **facts)
+        rows[known.keyword] = kind, option_of(record, name, texts.get(known.keyword, ""))
     return rows
 
 
@@ -182,7 +185,7 @@ class SolverOptions(OptionGroup):
     `arguments` are those of `Model.simulate`, in SI units.
     """
 
-    __signature__ = signature(_solver_options(step='Step and period of the loop: "1 ms".'))
+    __signature__ = signature(_rows(Solver, step='Step and period of the loop: "1 ms".'))
 
     def __init__(self, *, start: bool, **given: Any) -> None:
         self.arguments: dict[str, Any] = {**given, "start": "rest" if start else None}
@@ -191,15 +194,4 @@ class SolverOptions(OptionGroup):
 class MethodOptions(SolverOptions):
     """The integration method, its options, and the times of the rows."""
 
-    __signature__ = signature(
-        {
-            **_solver_options(),
-            "every": (float | None, option('Interval between rows: "10 ms".', type=SECONDS)),
-            "duration": (
-                float | None,
-                option(
-                    'Simulated time: "60 s"; by default that of the scene.', "--time", type=SECONDS
-                ),
-            ),
-        }
-    )
+    __signature__ = signature({**_rows(Solver), **_rows(Scene)})

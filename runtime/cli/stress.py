@@ -2,15 +2,16 @@
 
 from typing import Annotated
 
+from bgc.language.solver import Solver
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import (
     PICTURE,
-    SECONDS,
     TABLE,
     Budget,
     Duration,
     Json,
     SceneOptions,
+    option_of,
 )
 from bgc.runtime.cli.printing import AT_FAULT, print_tables, print_text, print_written
 from bgc.runtime.stress.stress import stress as stress_map
@@ -32,11 +33,10 @@ def stress(
     ],
     grid: Annotated[bool, option("Drive two --drive together, over all pairs of their values.")],
     solver: Annotated[
-        str | None,
-        option("Method to judge; by default that of the scene.", metavar="NAME"),
+        str | None, option_of(Solver, "name", "Method to judge; by default that of the scene.")
     ],
-    rtol: Annotated[float | None, option("Relative tolerance of the method.")],
-    step: Annotated[float | None, option("Step of the method.", type=SECONDS)],
+    rtol: Annotated[float | None, option_of(Solver, "rtol", "Relative tolerance of the method.")],
+    step: Annotated[float | None, option_of(Solver, "step", "Step of the method.")],
     duration: Duration,
     within: Annotated[
         float | None,

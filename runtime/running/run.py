@@ -19,8 +19,9 @@ from bgc.diagnostics.catalogue.arguments import (
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.methods import METHODS, default_method
+from bgc.language.records import Where
 from bgc.language.scene_tables import AUTO
-from bgc.language.solver import Solver
+from bgc.language.solver import SOLVER_OPTIONS, Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run
@@ -89,7 +90,9 @@ def choose_method(
     method = Solver(name, start=given.start, **wanted)
     for option in intended:
         if option not in method.served:
-            raise BgError([option_not_served(name, option, method.fixed, method.served)])
+            by_caller = [o for o in method.served if Where.COMMAND in SOLVER_OPTIONS[o].where]
+            in_scenes = [o for o in method.served if o not in by_caller]
+            raise BgError([option_not_served(name, option, method.fixed, by_caller, in_scenes)])
     if 0.0 < (longest := method.max_step) < method.min_step:
         raise BgError(
             [bad_option("min_step", method.min_step, f"at most `max_step`, {longest:g}", "1e-9")]

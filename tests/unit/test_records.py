@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
+import click
 import pytest
 from parsed import read
 
@@ -26,6 +27,8 @@ from bgc.language.records import Where, options_of
 from bgc.language.scene import Plot, Rest, Sampled, Scene
 from bgc.language.solver import SOLVER_OPTIONS, Solver, SolverKeywords
 from bgc.reference.word_entries import solver_options
+from bgc.runtime.cli.command import Value
+from bgc.runtime.cli.run import run
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
 
@@ -117,6 +120,17 @@ def test_functions_show_and_explain_each_keyword(function) -> None:
         assert parameters[keyword].kind is inspect.Parameter.KEYWORD_ONLY
         assert re.search(rf"\b{keyword}\b", function.__doc__)
     assert "**run" not in function.__doc__
+    for keyword in (option.keyword for option in options_of(Scene, Where.PYTHON).values()):
+        assert keyword not in parameters or re.search(rf"\b{keyword}\b", function.__doc__)
+
+
+def test_commands_have_the_options_of_the_record_with_its_texts() -> None:
+    options = {o.name: o for o in run.params if isinstance(o, click.Option)}
+    for record in (Solver, Scene):
+        for known in options_of(record, Where.COMMAND).values():
+            shown = options[known.keyword]
+            assert shown.help == known.help and shown.opts == [known.flag]
+            assert isinstance(shown.type, Value) == bool(known.unit)
 
 
 def test_an_unknown_keyword_is_refused_with_the_nearest(tmp_path: Path) -> None:

@@ -147,14 +147,17 @@ def unknown_solver(name: str, known: Sequence[str], span: Span | None = None) ->
 )
 def step_needed(solver: str) -> None: ...
 @error("BG044: solver `{solver}` has no option `{option}`: {reason}")
-def option_not_served(solver: str, option: str, fixed: bool, served: Sequence[str]) -> Values:
+def option_not_served(
+    solver: str, option: str, fixed: bool, served: Sequence[str], in_scenes: Sequence[str]
+) -> Values:
     if fixed and option in ("rtol", "atol", "max_step"):
         reason = "its steps have the fixed length `step`"
         divide = "let it be divided with `substeps = 8`, " if "substeps" in served else ""
         way_out = f"shorten `step`, {divide}or use a method with error control such as `rodas5p`"
         return {"reason": reason, "help": way_out}
     reason = "it does not apply to this method"
-    return {"reason": reason, "help": f"omit it; `{solver}` takes {quoted(served)}"}
+    more = f"; in a scene, `solver {solver}(..)` takes {quoted(in_scenes)} too" if in_scenes else ""
+    return {"reason": reason, "help": f"omit it; `{solver}` takes {quoted(served)}{more}"}
 
 
 @error("BG045: there is no part `{name}` to collapse", "{there}")
