@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
 from bgc.algebra.double_inverse import inverse_in_doubles
+from bgc.algebra.fold import Fold
 from bgc.algebra.nodes import Node
 from bgc.algebra.operations import ROWS
 from bgc.algebra.table import Grid, base_of, orders_of
@@ -33,42 +34,29 @@ def evaluate_nodes(
     return Evaluator(dag, leaf_values.__getitem__).values(roots)
 
 
-class NodeEvaluator(ABC, Generic[_Number]):
-    """Base of evaluators at one point: each node is computed at most once.
+class NodeEvaluator(Fold[_Number]):
+    """Base of evaluators at one point.
 
     `leaf` gives the value of a symbol; it is called once for each.
     """
 
     def __init__(self, dag: Dag, leaf: Callable[[Symbol], float]) -> None:
-        self._dag = dag
+        super().__init__(dag)
         self._leaf = leaf
-        self._known: dict[Node, _Number] = {}
         self._inverses: dict[Node, list[_Number]] = {}  # by the end of the list of the matrix
 
-    def value(self, node: Node) -> _Number:
-        """The value of a node."""
-        if node not in self._known:
-            self.values([node])
-        return self._known[node]
-
-    def values(self, roots: Iterable[Node]) -> list[_Number]:
-        """The values of several nodes."""
-        dag, known, roots = self._dag, self._known, list(roots)
-        for node in self._missing(roots):
-            exact, symbol = dag.value(node), dag.symbol_of(node)
-            if exact is not None:
-                known[node] = self._from_leaf(to_double(exact))
-            elif symbol is not None:
-                known[node] = self._from_leaf(self._leaf(symbol))
-            elif dag.op[node] == Op.LISTED:
-                known[node] = self._from_leaf(math.nan)  # read by nobody
-            elif dag.op[node] == Op.INVERTED:
-                known[node] = self._inverse(dag.a[node])[dag.place_in_inverse(node)]
-            else:
-                known[node] = self._from_operands(
-                    dag.op[node], [known[x] for x in dag.operands(node)]
-                )
-        return [known[root] for root in roots]
+    def _of(self, node: Node) -> _Number:
+        dag, known = self._dag, self._known
+        exact, symbol = dag.value(node), dag.symbol_of(node)
+        if exact is not None:
+            return self._from_leaf(to_double(exact))
+        if symbol is not None:
+            return self._from_leaf(self._leaf(symbol))
+        if dag.op[node] == Op.LISTED:
+            return self._from_leaf(math.nan)  # read by nobody
+        if dag.op[node] == Op.INVERTED:
+            return self._inverse(dag.a[node])[dag.place_in_inverse(node)]
+        return self._from_operands(dag.op[node], [known[x] for x in dag.operands(node)])
 
     def _inverse(self, listed: Node) -> list[_Number]:
         """The inverse of a matrix whose entries are known, row by row."""
@@ -92,18 +80,6 @@ class NodeEvaluator(ABC, Generic[_Number]):
                 return table.piece(orders[0], *operands[1:])
             case _:
                 return table.value(orders[0], operands[1])
-
-    def _missing(self, roots: Iterable[Node]) -> list[Node]:
-        """The nodes that the roots need and that are not known yet, in topological order."""
-        dag, known = self._dag, self._known
-        seen = {root for root in roots if root not in known}
-        stack = list(seen)
-        while stack:
-            for operand in dag.operands(stack.pop()):
-                if operand not in known and operand not in seen:
-                    seen.add(operand)
-                    stack.append(operand)
-        return sorted(seen)
 
     @abstractmethod
     def _from_leaf(self, value: float) -> _Number:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.interpretation import Intervals
 from bgc.algebra.nodes import Node
 from bgc.algebra.polynomials import terms_in
 
@@ -23,18 +24,18 @@ def solve_for(
     node: Node,
     target: Node,
     symbol: Node,
-    default: Callable[[Node], float] | None = None,
+    limits: Callable[[Node], tuple[float, float]] | None = None,
     note: Callable[[Node], None] = lambda node: None,
 ) -> Node | None:
     """Solve `node = target` for a symbol; None where no closed form is known.
 
-    `default` gives the value of a node of PARAM level at the parameters' defaults; without it only
-    numbers have a known sign. `note` is called with nodes of PARAM level that have to be positive
-    for the solution to be unique.
+    `limits` gives the least and the largest value of a node, at the parameters' defaults; without
+    it these hold for all parameters. `note` is called with nodes of PARAM level that have to be
+    positive for the solution to be unique.
     """
-    signs = _Signs(dag, default, note)
+    limits = limits or Intervals(dag).limits
     while node != symbol:
-        inner = _undo_sum_of_powers(dag, node, target, symbol, signs)
+        inner = _undo_sum_of_powers(dag, node, target, symbol, limits, note)
         if inner is not None:
             return inner
         undone = _undo_signed_power(dag, node, target, symbol) or _undo(
@@ -44,30 +45,6 @@ def solve_for(
             return None
         node, target = undone
     return target
-
-
-class _Signs:
-    def __init__(
-        self, dag: Dag, default: Callable[[Node], float] | None, note: Callable[[Node], None]
-    ) -> None:
-        self._dag = dag
-        self._default = default
-        self._note = note
-
-    def of(self, node: Node) -> int:
-        """1 or -1; 0 where it is not known."""
-        exact = self._dag.value(node)
-        if exact is not None:
-            return (exact > 0) - (exact < 0)
-        if self._default is None or not _is_fixed(self._dag, node):
-            return 0
-        value = self._default(node)
-        return int((value > 0) - (value < 0))
-
-    def rely_on(self, positive: Node) -> None:
-        """Note that a node has to be positive."""
-        if self._dag.value(positive) is None:
-            self._note(positive)
 
 
 def _dependent(dag: Dag, node: Node, symbol: Node) -> list[bool]:
@@ -185,7 +162,12 @@ def _product(dag: Dag, op: Op, left: _Power, right: _Power) -> _Power | None:
 
 
 def _undo_sum_of_powers(
-    dag: Dag, node: Node, target: Node, symbol: Node, signs: _Signs
+    dag: Dag,
+    node: Node,
+    target: Node,
+    symbol: Node,
+    limits: Callable[[Node], tuple[float, float]],
+    note: Callable[[Node], None],
 ) -> Node | None:
     """Solve `a x + b x abs(x)`, `a x + b x^3` or one odd power, plus a constant, for x."""
     terms = terms_in(dag, node, symbol)
@@ -203,15 +185,13 @@ def _undo_sum_of_powers(
     if linear is None or len(terms) != 1:
         return None
     (key, factor) = next(iter(terms.items()))
-    sign = signs.of(linear)
-    if sign == 0 or sign != signs.of(factor):
-        return None
-    if sign < 0:
+    if limits(linear)[1] < 0:
         linear, factor, value = dag.neg(linear), dag.neg(factor), dag.neg(value)
-    if key not in {(1, 1), (3, 0)}:
+    if key not in {(1, 1), (3, 0)} or not all(limits(node)[0] > 0 for node in (linear, factor)):
         return None
-    signs.rely_on(linear)
-    signs.rely_on(factor)
+    for positive in (linear, factor):
+        if dag.value(positive) is None:
+            note(positive)
     if key == (1, 1):
         return _quadratic(dag, linear, factor, value)
     return _cubic(dag, linear, factor, value)

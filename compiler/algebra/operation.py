@@ -8,6 +8,7 @@ from enum import Enum, IntEnum
 from fractions import Fraction
 from typing import Protocol, TypeAlias
 
+from bgc.algebra.intervals import UNKNOWN, Bounds, Limits
 from bgc.algebra.nodes import Node
 
 
@@ -118,15 +119,6 @@ class Watch(IntEnum):
     RECIPROCAL = 2  # the same, for a divisor
 
 
-class Bounds(Enum):
-    """The range of a function over a range of its operands, by `bgc_ranges.h`."""
-
-    RISING = "rising"  # the values at both ends
-    FALLING = "falling"  # the same, exchanged
-    OWN = "own"  # a function of its own there, `bgc_range_` and the name
-    UNKNOWN = "unknown"  # not known: such a term of time is not watched
-
-
 @dataclass(frozen=True, slots=True)
 class Infix:
     """An operator as text: its symbol, and how tightly it binds (1 loosest, 8 tightest).
@@ -179,8 +171,12 @@ class Operation:
         Symmetry of a function of one operand.
     symmetric
         Whether the two operands may be exchanged.
-    never_negative
-        Whether the result is at least zero for all operands.
+    bounds
+        The rule for the interval of the result.
+    domain
+        The operands at which a monotone function is a number; it is NaN elsewhere.
+    image
+        Limits of the result for all operands.
     curve
         The function on a conic, for fingerprints.
     jump
@@ -190,8 +186,6 @@ class Operation:
         argument is at the edge of a mode where the operation jumps or has a kink.
     kink
         Whether the result is continuous where the mode changes, and only its slope jumps.
-    bounds
-        The range of a function over a range; operators have theirs in `emission/print_ranges.py`.
     watch
         How a step may jump over a pulse of this function of states; None if it hardly can.
     infix
@@ -231,12 +225,13 @@ class Operation:
     inverse: Callable[[Builder, Node], Node] | None = None
     parity: Parity = Parity.NONE
     symmetric: bool = False
-    never_negative: bool = False
+    bounds: Bounds = UNKNOWN
+    domain: Limits = (None, None)
+    image: Limits = (None, None)
     curve: Curve | None = None
     jump: Jump | None = None
     pieces: Pieces | None = None
     kink: bool = False
-    bounds: Bounds = Bounds.UNKNOWN
     watch: Watch | None = None
     infix: Infix | None = None
     latex: str = ""

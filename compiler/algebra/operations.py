@@ -11,11 +11,10 @@ import math
 from enum import IntEnum
 from fractions import Fraction
 
-from bgc.algebra import doubles
+from bgc.algebra import doubles, intervals
 from bgc.algebra.angles import PI, cosine_of, sine_of, tangent_of
 from bgc.algebra.nodes import Node
 from bgc.algebra.operation import (
-    Bounds,
     Builder,
     Conic,
     Curve,
@@ -31,6 +30,8 @@ from bgc.algebra.table import derivative_of
 
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
 _ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")
+_RIGHT_ANGLE = Fraction("1.5707963267949")  # not below pi/2
+_TRUTH = (0, 1)
 _LIMITED, _OVERFLOW = doubles.with_limits, doubles.outwards
 
 # --- rules shared by several rows ---------------------------------------------------------------
@@ -157,12 +158,14 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (d.one, d.one),
         symmetric=True,
         infix=Infix("+", 5),
+        bounds=intervals.SUM,
     )
     SUB = Operation(
         arguments=("a", "b"),
         evaluate=lambda a, b: a - b,
         partials=lambda d, y, a, b: (d.one, d.const(-1)),
         infix=Infix("-", 5, strict_right=True),
+        bounds=intervals.DIFFERENCE,
     )
     MUL = Operation(
         arguments=("a", "b"),
@@ -170,6 +173,7 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (b, a),
         symmetric=True,
         infix=Infix("*", 6),
+        bounds=intervals.PRODUCT,
     )
     DIV = Operation(
         arguments=("a", "b"),
@@ -177,6 +181,7 @@ class Op(IntEnum):
         partials=_quotient_partials,
         watch=Watch.RECIPROCAL,
         infix=Infix("/", 6, strict_right=True),
+        bounds=intervals.QUOTIENT,
     )
     NEG = Operation(
         arguments=("a",),
@@ -185,6 +190,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.neg(y),
         parity=Parity.ODD,
         infix=Infix("-", 7),
+        bounds=intervals.OPPOSITE,
     )
     POW = Operation(
         arguments=("a", "b"),
@@ -193,12 +199,14 @@ class Op(IntEnum):
         infix=Infix("^", 8, strict_left=True),
         c="pow",
         lanes=Lanes.LIBMVEC,
+        bounds=intervals.POWER,
     )
     SELECT = Operation(  # a if nonzero then b else c
         arguments=("condition", "yes", "no"),
         evaluate=doubles.choose,
         partials=None,
         choice=lambda d, condition, yes, no: (condition, yes, no),
+        bounds=intervals.CHOICE,
     )
     MAX = Operation(
         name="max",
@@ -219,7 +227,7 @@ class Op(IntEnum):
         c="model_max",
         c_formula="a > b || a != a ? a : b",
         lanes=Lanes.HEADER,
-        bounds=Bounds.OWN,
+        bounds=intervals.MAXIMUM,
     )
     MIN = Operation(
         name="min",
@@ -240,7 +248,7 @@ class Op(IntEnum):
         c="model_min",
         c_formula="a < b || a != a ? a : b",
         lanes=Lanes.HEADER,
-        bounds=Bounds.OWN,
+        bounds=intervals.MINIMUM,
     )
 
     # --- signs, comparisons, logic: piecewise constant ------------------------------------------
@@ -259,14 +267,14 @@ class Op(IntEnum):
         c="model_sign",
         c_formula="a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a",
         lanes=Lanes.HEADER,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        image=(-1, 1),
     )
     LT = Operation(
         arguments=("a", "b"),
         evaluate=lambda a, b: doubles.truth(a < b, a, b),
         exact=lambda a, b: int(a < b),
         partials=_no_partials,
-        never_negative=True,
         jump=Jump.ABOVE,
         pieces=_mode_of_difference,
         infix=Infix("<", 4, strict_left=True, strict_right=True),
@@ -275,13 +283,14 @@ class Op(IntEnum):
         c_formula="a < b ? 1.0 : a >= b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a < b, a >= b)",
+        bounds=intervals.LESS,
+        image=_TRUTH,
     )
     LE = Operation(
         arguments=("a", "b"),
         evaluate=lambda a, b: doubles.truth(a <= b, a, b),
         exact=lambda a, b: int(a <= b),
         partials=_no_partials,
-        never_negative=True,
         jump=Jump.NOT_BELOW,
         pieces=_mode_of_difference,
         infix=Infix("<=", 4, strict_left=True, strict_right=True),
@@ -290,6 +299,8 @@ class Op(IntEnum):
         c_formula="a <= b ? 1.0 : a > b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a <= b, a > b)",
+        bounds=intervals.AT_MOST,
+        image=_TRUTH,
     )
     EQ = Operation(
         arguments=("a", "b"),
@@ -297,13 +308,14 @@ class Op(IntEnum):
         exact=lambda a, b: int(a == b),
         partials=_no_partials,
         symmetric=True,
-        never_negative=True,
         infix=Infix("==", 4, strict_left=True, strict_right=True),
         latex="# = #",
         c="model_equal",
         c_formula="a == b ? 1.0 : a == a && b == b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a == b, (a < b) | (a > b))",
+        bounds=intervals.EQUAL,
+        image=_TRUTH,
     )
     AND = Operation(  # an undefined side does not matter where the other decides
         arguments=("a", "b"),
@@ -311,7 +323,6 @@ class Op(IntEnum):
         exact=lambda a, b: int(a != 0 and b != 0),
         partials=_no_partials,
         symmetric=True,
-        never_negative=True,
         infix=Infix("and", 2),
         latex=r"# \wedge #",
         c="model_both",
@@ -319,6 +330,8 @@ class Op(IntEnum):
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(lane_is(a) & lane_is(b), "
         "(a == lane_of(0.0)) | (b == lane_of(0.0)))",
+        bounds=intervals.BOTH,
+        image=_TRUTH,
     )
     OR = Operation(
         arguments=("a", "b"),
@@ -326,7 +339,6 @@ class Op(IntEnum):
         exact=lambda a, b: int(a != 0 or b != 0),
         partials=_no_partials,
         symmetric=True,
-        never_negative=True,
         infix=Infix("or", 1),
         latex=r"# \vee #",
         c="model_either",
@@ -334,6 +346,8 @@ class Op(IntEnum):
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(lane_is(a) | lane_is(b), "
         "(a == lane_of(0.0)) & (b == lane_of(0.0)))",
+        bounds=intervals.EITHER,
+        image=_TRUTH,
     )
     NOT = Operation(
         arguments=("a",),
@@ -341,13 +355,14 @@ class Op(IntEnum):
         exact=lambda a: int(a == 0),
         partials=_no_partials,
         parity=Parity.EVEN,
-        never_negative=True,
         infix=Infix("not ", 3),
         latex=r"\neg #",
         c="model_negation",
         c_formula="a == 0.0 ? 1.0 : a == a ? 0.0 : a",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a == lane_of(0.0), lane_is(a))",
+        bounds=intervals.NEGATION,
+        image=_TRUTH,
     )
 
     # --- trigonometric functions ----------------------------------------------------------------
@@ -363,7 +378,8 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 + t * t)),
         latex=r"\sin",
         lanes=Lanes.LIBMVEC,
-        bounds=Bounds.OWN,
+        bounds=intervals.SINE,
+        image=(-1, 1),
     )
     COS = Operation(
         name="cos",
@@ -376,7 +392,8 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (1 - t * t, 1 + t * t)),
         latex=r"\cos",
         lanes=Lanes.LIBMVEC,
-        bounds=Bounds.OWN,
+        bounds=intervals.COSINE,
+        image=(-1, 1),
     )
     TAN = Operation(
         name="tan",
@@ -389,7 +406,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 - t * t)),
         latex=r"\tan",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.OWN,
+        bounds=intervals.TANGENT,
     )
     ASIN = Operation(
         name="asin",
@@ -401,7 +418,9 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\arcsin",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(-1, 1),
+        image=(-_RIGHT_ANGLE, _RIGHT_ANGLE),
     )
     ACOS = Operation(
         name="acos",
@@ -411,7 +430,9 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.neg(_one_over_root(d, d.one, d.mul(x, x))),),
         latex=r"\arccos",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.FALLING,
+        bounds=intervals.FALLING,
+        domain=(-1, 1),
+        image=(0, 2 * _RIGHT_ANGLE),
     )
     ATAN = Operation(
         name="atan",
@@ -423,8 +444,9 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\arctan",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
         watch=Watch.SATURATING,
+        bounds=intervals.RISING,
+        image=(-_RIGHT_ANGLE, _RIGHT_ANGLE),
     )
     ATAN2 = Operation(
         name="atan2",
@@ -434,7 +456,8 @@ class Op(IntEnum):
         evaluate=math.atan2,
         partials=_angle_partials,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.OWN,
+        bounds=intervals.ANGLE,
+        image=(-2 * _RIGHT_ANGLE, 2 * _RIGHT_ANGLE),
     )
 
     # --- hyperbolic functions, exponentials, logarithms -----------------------------------------
@@ -450,7 +473,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t * t)),
         latex=r"\sinh",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
     )
     COSH = Operation(
         name="cosh",
@@ -459,11 +482,11 @@ class Op(IntEnum):
         points={0: 1},
         partials=lambda d, y, x: (d.call(Op.SINH, x),),
         parity=Parity.EVEN,
-        never_negative=True,
         curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t * t, 1 - t * t)),
         latex=r"\cosh",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.OWN,
+        bounds=intervals.HYPERBOLIC_COSINE,
+        image=(1, None),
     )
     TANH = Operation(
         name="tanh",
@@ -476,8 +499,9 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 + t * t)),
         latex=r"\tanh",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
         watch=Watch.SATURATING,
+        bounds=intervals.RISING,
+        image=(-1, 1),
     )
     ASINH = Operation(
         name="asinh",
@@ -488,7 +512,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.SINH, y),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
     )
     ACOSH = Operation(
         name="acosh",
@@ -497,7 +521,9 @@ class Op(IntEnum):
         points={1: 0},
         partials=lambda d, y, x: (_one_over_root(d, d.mul(x, x), d.one),),
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(1, None),
+        image=(0, None),
     )
     ATANH = Operation(
         name="atanh",
@@ -508,7 +534,8 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.TANH, y),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(-1, 1),
     )
     EXP = Operation(
         name="exp",
@@ -517,12 +544,12 @@ class Op(IntEnum):
         points={0: 1},
         partials=lambda d, y, x: (y,),
         inverse=lambda d, y: d.call(Op.LOG, y),
-        never_negative=True,
         curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t, 1 - t)),
         latex=r"\exp",
         lanes=Lanes.LIBMVEC,
-        bounds=Bounds.RISING,
         watch=Watch.EXPONENTIAL,
+        bounds=intervals.RISING,
+        image=(0, None),
     )
     EXPM1 = Operation(
         name="expm1",
@@ -533,8 +560,9 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.LOG1P, y),
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t)),
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
         watch=Watch.EXPONENTIAL,
+        bounds=intervals.RISING,
+        image=(-1, None),
     )
     LOG = Operation(
         name="log",
@@ -545,7 +573,8 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.EXP, y),
         latex=r"\ln",
         lanes=Lanes.LIBMVEC,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(0, None),
     )
     LOG10 = Operation(
         name="log10",
@@ -556,7 +585,8 @@ class Op(IntEnum):
         inverse=lambda d, y: d.pow(d.const(10), y),
         latex=r"\log_{10}",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(0, None),
     )
     LOG1P = Operation(
         name="log1p",
@@ -566,7 +596,8 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.div(d.one, d.add(d.one, x)),),
         inverse=lambda d, y: d.call(Op.EXPM1, y),
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(-1, None),
     )
 
     # --- roots, size, rounding ------------------------------------------------------------------
@@ -581,9 +612,10 @@ class Op(IntEnum):
         partials=lambda d, y, x: (_guarded(d, y, d.const(Fraction(1, 2))),),
         # The fourth power of sqrt(y), so that a negative y gives NaN.
         inverse=lambda d, y: d.pow(d.call(Op.SQRT, y), d.const(4)),
-        never_negative=True,
         latex=r"\sqrt{#}",
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
+        domain=(0, None),
+        image=(0, None),
     )
     CBRT = Operation(
         name="cbrt",
@@ -597,7 +629,7 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\sqrt[3]{#}",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
     )
     HYPOT = Operation(
         name="hypot",
@@ -609,9 +641,9 @@ class Op(IntEnum):
         exact=lambda a, b: _root_of_square(a * a + b * b),
         partials=_hypotenuse_partials,
         symmetric=True,
-        never_negative=True,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.OWN,
+        bounds=intervals.HYPOTENUSE,
+        image=(0, None),
     )
     ABS = Operation(
         name="abs",
@@ -622,14 +654,14 @@ class Op(IntEnum):
         exact=abs,
         partials=lambda d, y, x: (d.call(Op.SIGN, x),),
         parity=Parity.EVEN,
-        never_negative=True,
         jump=Jump.NOT_BELOW,
         pieces=lambda d, mode, x: (x, d.select(mode, x, d.neg(x))),
         kink=True,
         latex=r"\left| # \right|",
         c="fabs",
         lanes=Lanes.HEADER,
-        bounds=Bounds.OWN,
+        bounds=intervals.SIZE,
+        image=(0, None),
     )
     FLOOR = Operation(
         name="floor",
@@ -640,7 +672,7 @@ class Op(IntEnum):
         jump=Jump.FLOOR,
         pieces=_mode_of,
         latex=r"\left\lfloor # \right\rfloor",
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
     )
     CEIL = Operation(
         name="ceil",
@@ -651,7 +683,7 @@ class Op(IntEnum):
         jump=Jump.CEIL,
         pieces=_mode_of,
         latex=r"\left\lceil # \right\rceil",
-        bounds=Bounds.RISING,
+        bounds=intervals.RISING,
     )
     FMOD = Operation(
         name="fmod",
@@ -663,6 +695,7 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (d.one, d.neg(d.div(d.sub(a, y), b))),
         jump=Jump.TRUNC,
         pieces=_remainder_in_mode,
+        bounds=intervals.REMAINDER,
     )
 
     # --- special functions ----------------------------------------------------------------------
@@ -675,8 +708,9 @@ class Op(IntEnum):
         partials=lambda d, y, x: (_error_function_slope(d, x),),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.RISING,
         watch=Watch.SATURATING,
+        bounds=intervals.RISING,
+        image=(-1, 1),
     )
     ERFC = Operation(
         name="erfc",
@@ -684,10 +718,10 @@ class Op(IntEnum):
         evaluate=math.erfc,
         points={0: 1},
         partials=lambda d, y, x: (d.neg(_error_function_slope(d, x)),),
-        never_negative=True,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=Bounds.FALLING,
         watch=Watch.SATURATING,
+        bounds=intervals.FALLING,
+        image=(0, 2),
     )
 
     # --- random numbers -------------------------------------------------------------------------
@@ -699,10 +733,10 @@ class Op(IntEnum):
         evaluate=random,
         exact=lambda seed, i: None if math.isnan(x := random(seed, i)) else Fraction(x),
         partials=_no_partials,
-        never_negative=True,
         c="bgc_random",
         c_header="bgc_random.h",
         smooth=False,
+        image=(0, 1),
     )
 
     # --- tables of data: the first operand is the number of a table -----------------------------

@@ -26,6 +26,12 @@ class Rounded:
     error: float
 
     @property
+    def limits(self) -> tuple[float, float]:
+        """Two numbers between which the exact value lies."""
+        margin = _MARGIN * self.error
+        return self.value - margin, self.value + margin
+
+    @property
     def is_noise(self) -> bool:
         """True if the exact value may be zero."""
         return abs(self.value) <= _MARGIN * self.error

@@ -15,7 +15,7 @@ from enum import IntEnum
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.algebra.ranges import Ranges
+from bgc.algebra.interpretation import Intervals, NodeIntervals
 from bgc.algebra.rounding import RoundedEvaluator
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node, Parameter
@@ -54,7 +54,8 @@ class Certificate:
 class Certifier:
     """Certificates of the nodes of one DAG, given the parameters' default values.
 
-    With `ranged`, nodes that vary within a range without zero have one too.
+    With `ranged`, nodes that vary within a range without zero have one too. `at_defaults` are the
+    intervals of nodes that vary, while the parameters have their default values.
     """
 
     def __init__(
@@ -70,7 +71,8 @@ class Certifier:
         self.defaults = default_values(dag, parameters)
         self._values = RoundedEvaluator(dag, self.defaults.__getitem__)
         self._known: dict[Node, Certificate | None] = {}
-        self._ranges = Ranges(dag) if ranged else None
+        self._intervals = NodeIntervals(dag) if ranged else None
+        self.at_defaults = Intervals(dag, self._limits)
         self._bounds: set[Node] = set()
 
     def certify(self, node: Node) -> Certificate | None:
@@ -113,6 +115,10 @@ class Certifier:
         """The value of a node of at most PARAM level, with parameters at their defaults."""
         return self._values.value(node).value
 
+    def _limits(self, node: Node) -> tuple[float, float] | None:
+        """The default value of a node of parameters, with its rounding errors."""
+        return self._values.value(node).limits if self._dag.level[node] <= Level.PARAM else None
+
     def _certify(self, node: Node) -> Certificate | None:
         dag = self._dag
         if dag.op[node] == Op.NEG:
@@ -140,9 +146,9 @@ class Certifier:
 
     def _by_range(self, node: Node) -> Certificate | None:
         """The certificate of a node whose range excludes zero."""
-        if self._ranges is None:
+        if self._intervals is None:
             return None
-        dag, found = self._dag, self._ranges.of(node)
+        dag, found = self._dag, self._intervals.value(node)
         for end in (found.low, None if found.high is None else dag.neg(found.high)):
             if end is None:
                 continue

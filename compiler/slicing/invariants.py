@@ -22,8 +22,8 @@ from bgc.algebra.dag import Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
+from bgc.slicing.clamps import Clamps
 from bgc.slicing.keep_patterns import is_kept
-from bgc.slicing.signs import Signs
 from bgc.slicing.zero_starts import zero_starts
 
 
@@ -61,7 +61,7 @@ class _Search:
         self._program = program
         self._dag = dag.copy()
         self._fingerprints = Fingerprints(self._dag)
-        self._signs = Signs(self._dag, program.parameters)
+        self._clamps = Clamps(self._dag, program.parameters)
         self._columns: dict[int, list[int]] = {}
         for entry in program.mass or ():
             self._columns.setdefault(entry.row, []).append(entry.column)
@@ -119,7 +119,7 @@ class _Search:
                 new[node] = self.values[symbol.index]
                 continue
             operands = tuple(new.get(x, x) for x in dag.operands(node))
-            new[node] = self._signs.clamped(dag.rebuild(node, operands))
+            new[node] = self._clamps.folded(dag.rebuild(node, operands))
         return new
 
     def _affected(self, roots: Iterable[Node]) -> list[Node]:
@@ -151,13 +151,13 @@ def put_in(program: Program, roots: Sequence[Node], values: Mapping[int, Node]) 
     Clamps with a certain outcome are folded too.
     """
     dag = program.dag
-    signs = Signs(dag, program.parameters)
+    clamps = Clamps(dag, program.parameters)
     new = {dag.symbol(Kind.STATE, index): value for index, value in values.items()}
     for node in dag.reachable(roots):
         if node not in new:
             operands = dag.operands(node)
             folded = tuple(new[x] for x in operands)
-            new[node] = signs.clamped(node if folded == operands else dag.rebuild(node, folded))
+            new[node] = clamps.folded(node if folded == operands else dag.rebuild(node, folded))
     return new
 
 

@@ -1,5 +1,7 @@
 """Moduli that vary within a range without zero are divisors where nothing else is left."""
 
+import math
+
 import numpy as np
 import pytest
 from refusals import codes_of
@@ -20,6 +22,17 @@ ROD = """model M {
   crank -> rod -> drive;
 }
 scene s of M { observe angle, crank.f, drive.e, energy.residual; run 4 s every 0.2 s; }
+"""
+
+POLE = """model M {
+  state x = 1;
+  der(x) = -1;
+  push : Se(e = 1);
+  lever : MTF(ratio = RATIO);
+  damper : R(1);
+  push -> lever -> damper;
+}
+scene s of M { observe damper.f; run 3 s every 0.5 s; }
 """
 
 SPRINGS = """model M {
@@ -105,3 +118,29 @@ def test_a_ratio_that_reaches_zero_is_refused(tmp_path):
     with pytest.raises(BgError) as caught:
         compiled(tmp_path, ROD.replace("RATIO", "(1 + play*cos(angle))"))
     assert [d.code for d in caught.value.diagnostics] == ["BG502"]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "value"),
+    [
+        ("(2 + log1p(angle^2))", lambda x: 2 + np.log1p(x**2)),
+        ("(3 + asin(0.5*sin(angle)))", lambda x: 3 + np.arcsin(np.sin(x) / 2)),
+        ("(1 + expm1(angle^2))", lambda x: np.exp(x**2)),
+        ("(4 - acos(tanh(angle)))", lambda x: 4 - np.arccos(np.tanh(x))),
+        ("(2.5 - erfc(angle))", lambda x: 2.5 - np.array([math.erfc(y) for y in x])),
+        ("(1 + acosh(1 + angle^2))", lambda x: 1 + np.arccosh(1 + x**2)),
+        ("(3 + atanh(0.5*tanh(angle)))", lambda x: 3 + np.arctanh(np.tanh(x) / 2)),
+        ("(1 + (angle^2)^0.3)", lambda x: 1 + (x**2) ** 0.3),
+        ("(cos(0.5*sin(angle)) + fmod(angle^2, 1e3))", lambda x: np.cos(np.sin(x) / 2) + x**2),
+    ],
+)
+def test_moduli_of_all_functions_that_keep_from_zero(tmp_path, ratio, value):
+    result = compiled(tmp_path, ROD.replace("RATIO", ratio)).simulate(rtol=1e-10)
+    assert np.allclose(result["crank.f"], 1 / value(result["angle"]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("ratio", ["sqrt(x^2)", "abs(x)", "(0.01*x^2)^0.5", "abs(x)^1.5"])
+def test_a_run_ends_where_a_ratio_reaches_zero(tmp_path, ratio):
+    """A size is no proof: as a proof it let the run go through the pole."""
+    text = POLE.replace("RATIO", ratio)
+    assert codes_of(compiled(tmp_path, text).simulate) == ["BG725"]

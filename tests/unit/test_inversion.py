@@ -143,8 +143,8 @@ def test_parameters_whose_signs_decide_are_told() -> None:
     law = dag.add(dag.mul(k, x), dag.mul(dag.const(3), dag.mul(x, dag.call(Op.ABS, x))))
     told: list[Node] = []
     assert solve_for(dag, law, dag.one, x) is None
-    assert solve_for(dag, law, dag.one, x, lambda node: 0.0) is None
-    assert solve_for(dag, law, dag.one, x, lambda node: 2.0, told.append) is not None
+    assert solve_for(dag, law, dag.one, x, lambda node: (0.0, 3.0)) is None
+    assert solve_for(dag, law, dag.one, x, lambda node: (2.0, 3.0), told.append) is not None
     assert told == [k]
 
 

@@ -240,9 +240,18 @@ def test_symmetry_is_what_the_function_has(op: Op) -> None:
 
 
 @pytest.mark.parametrize("op", OPERATIONS, ids=names(OPERATIONS))
-def test_what_is_never_negative_is_not(op: Op) -> None:
-    if op.row.never_negative:
-        assert all(apply(op, *x) >= 0 for x in points(op))
+def test_values_are_within_the_image_and_operands_within_the_domain(op: Op) -> None:
+    pool = itertools.product((*POOL, *EDGES), repeat=op.row.arity)
+    for x in pool:
+        value = apply(op, *x)
+        if not math.isnan(value):
+            low, high = op.row.image
+            assert low is None or low <= value, x
+            assert high is None or value <= high, x
+        if op.row.arity == 1 and not math.isnan(x[0]):
+            low, high = op.row.domain
+            inside = (low is None or low <= x[0]) and (high is None or x[0] <= high)
+            assert inside or math.isnan(value), x
 
 
 CURVES = [op for op in OPERATIONS if op.row.curve is not None]

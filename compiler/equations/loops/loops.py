@@ -375,7 +375,7 @@ class _Loop:
         residual = self.residual(symbol, final, stand_in)
         self._refuse_flat(residual, symbol, stand_in)
         return solve_for(
-            dag, residual, dag.zero, stand_in, self._variables.default, self._rely_on(symbol)
+            dag, residual, dag.zero, stand_in, self._variables.limits, self._rely_on(symbol)
         )
 
     def _rely_on(self, symbol: Node) -> Callable[[Node], None]:

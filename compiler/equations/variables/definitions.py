@@ -12,7 +12,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bgc.algebra.bounds import Bounds
 from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.certificates import Certificate, Certifier
@@ -91,7 +90,6 @@ class Variables:
         self.watched: list[PositiveParameter] = []
         self.raw_divisors: list[Divisor] = []
         self.final_divisors: list[Divisor] = []
-        self._bounds = Bounds(self.dag, self.default)
         self.ignored_defaults: list[str] = []  # storage elements
         self.starting: set[int] = set()  # elements with conditions of their start (`start/`)
         self.given_junctions: set[int] = set()  # elements that set the flows of inertias
@@ -252,7 +250,12 @@ class Variables:
 
     def may_vanish(self, node: Node) -> bool:
         """Return whether a divisor varies during a run and may reach zero."""
-        return self.dag.level[node] > Level.PARAM and not self._bounds.is_bounded_away(node)
+        varies = self.dag.level[node] > Level.PARAM
+        return varies and not self._certifier.at_defaults.excludes_zero(node)
+
+    def limits(self, node: Node) -> tuple[float, float]:
+        """The least and the largest value of a node, at the parameters' defaults."""
+        return self._certifier.at_defaults.limits(node)
 
     @property
     def defaults(self) -> Mapping[Symbol, float]:
