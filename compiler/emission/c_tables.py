@@ -165,8 +165,11 @@ def _sizes(lowered: Lowered, matrix: MatrixText) -> dict[str, int]:
 def _closure_info(dag: Dag, closures: Closures) -> str:
     """The tables of closed chains, and their `bgc_closure_info`."""
     symbols = [dag.symbol_of(node) for node in closures.starts]
+    selectors = [dag.symbol_of(node) for node in closures.selectors]
     arrays: list[tuple[str, str, list[str]]] = [
         ("chain_of", "int ", [str(k) for k in closures.chain_of]),
+        ("rank", "int ", [str(k) for k in closures.ranks]),
+        ("selector", "int ", ["-1" if s is None else str(s.index) for s in selectors]),
         ("impulse", "int ", [str(k) for k in closures.impulses]),
         ("moved", "int ", [str(k) for k in closures.moved]),
         ("start", "int ", [str(s.index) for s in symbols if s is not None]),
@@ -178,10 +181,12 @@ def _closure_info(dag: Dag, closures: Closures) -> str:
         len(closures.flows),
         closures.held,
         len(closures.conditions),
+        closures.held_rank,
         len(closures.impulses),
         len(closures.moved),
         len(closures.starts),
         len(closures.chains),
+        len(selectors) - selectors.count(None),
     )
     lines = [
         f"static const {type_}model_closure_{name}[] = {{{', '.join(values)}}};\n"

@@ -72,6 +72,7 @@ def _moving(dag: Dag, closures: Closures | None) -> Closures | None:
         chain_of=tuple(closures.chain_of[k] for k in kept),
         flows=tuple(closures.flows[k] for k in (*kept, *others)),
         kept=len(kept),
+        selectors=tuple(closures.selectors[k] for k in kept),
         by_impulse=tuple(closures.by_impulse[k] for k in kept),
         response=tuple(tuple(row[k] for k in kept) for row in closures.response),
     )

@@ -12,10 +12,8 @@ are. If these fail too, the error is that of the plain way, unless only initial 
 
 Around a closed chain the plain way takes rows with constant coefficients first, which makes planar
 linkages along the coordinate axes small. Where mounts are written in decimals, what rounding leaves
-of a coefficient may stand between an independent flow and its inertia; and on a body that floats
-or slews, rows in the axes of the world may become dependent in some position. The chain is then
-opened where it is closed by a `Weld`: the coordinates of the open tree move inertias in any case,
-and the rows are in the axes of a body.
+of a coefficient may stand between an independent flow and its inertia. The chain is then opened
+where it is closed by a `Weld`: the coordinates of the open tree move inertias in any case.
 """
 
 from __future__ import annotations
@@ -73,7 +71,7 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
     if derived is not None:
         return causal, derived
     try:
-        return _with_lasting_rows(causal, derive_equations(causal))
+        return causal, derive_equations(causal)
     except BgError as err:
         refused = err
     if may_be_opened(causal) and not _OF_THE_WAY.isdisjoint(d.code for d in refused.diagnostics):
@@ -87,22 +85,6 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
             if _INITIAL.issuperset(d.code for d in err.diagnostics):
                 refused = err
     raise refused
-
-
-def _with_lasting_rows(causal: CausalGraph, program: Program) -> tuple[CausalGraph, Program]:
-    """The same, or with the chain opened, if rows are independent in all configurations only then.
-
-    Raises no error.
-    """
-    if program.closures is None or program.closures.lasting or not may_be_opened(causal):
-        return causal, program
-    try:
-        other = assign_causality(causal.graph, ranged=causal.ranged, opened=True)
-        opened = derive_equations(other)
-    except BgError:
-        return causal, program
-    lasting = opened.closures is not None and opened.closures.lasting
-    return (other, opened) if lasting else (causal, program)
 
 
 def _other_ways(causal: CausalGraph, refused: BgError) -> Iterator[tuple[FlatGraph, bool]]:

@@ -17,7 +17,7 @@ from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.algebra.newton import Rows
 from bgc.equations.closures.manifold import closed_flows
 from bgc.equations.loops.start import algebraic_rows
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.program import Program
 
 _POWER_TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
@@ -122,7 +122,7 @@ def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
     where none is found.
     """
     rng = random.Random(1)
-    values: dict[Symbol, float] = dict(default_values(program.dag, program.parameters))
+    values: dict[Symbol, float] = program_values(program)
     values[Symbol(Kind.TIME, 0)] = rng.uniform(0.1, 1)
     for k in range(program.inputs):
         values[Symbol(Kind.INPUT, k)] = rng.uniform(-1, 1)

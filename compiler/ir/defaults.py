@@ -1,4 +1,4 @@
-"""Evaluate the defaults of parameters."""
+"""Evaluate the defaults of parameters, and of the selectors that follow them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,21 @@ from collections.abc import Iterable
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.ir.graph import Parameter
+from bgc.ir.program import Program
+
+
+def program_values(program: Program) -> dict[Symbol, float]:
+    """The defaults of the parameters of a program, and of the selectors of its closing rows."""
+    values = default_values(program.dag, program.parameters)
+    closures = program.closures
+    if closures is None:
+        return values
+    for k, selector in enumerate(closures.selectors):
+        symbol = program.dag.symbol_of(selector)
+        if symbol is not None:
+            chain = closures.chain_of[k]
+            values[symbol] = float(k - closures.chain_of.index(chain) < closures.ranks[chain])
+    return values
 
 
 def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:

@@ -179,20 +179,26 @@ class ClosedChain:
 class Closures:
     """Constraints of closed chains: rows of flows w and conditions on positions g, both zero.
 
-    The first `kept` flows are independent and have a multiplier each, which the derivatives of
-    the states contain already; the other rows follow from them. The same for the first `held`
-    conditions. Projection moves the states `impulses` along `response` until w is zero, and the
-    states `moved` until g is zero.
+    The first `kept` flows have a multiplier each, which the derivatives of the states contain
+    already; the other rows follow from them. Of the kept rows of chain k, `ranks[k]` are
+    independent. Where there are more, the runtime chooses that many by their pivots, anew along a
+    run, and sets the selector of each to 1; a multiplier with a selector of 0 is 0. Selectors are
+    PARAM symbols after those of `Program.parameters`, or the constant 1 in a chain without a
+    choice; by default the first rows of each chain are chosen. Likewise `held_rank` of the first
+    `held` conditions are independent. Projection moves the states `impulses` along `response`
+    until w is zero, and the states `moved` until g is zero.
     """
 
     chains: tuple[ClosedChain, ...]
     chain_of: tuple[int, ...]  # kept row -> its chain
     flows: tuple[Node, ...]
     kept: int
-    lasting: bool
+    ranks: tuple[int, ...]  # of the chains
+    selectors: tuple[Node, ...]  # of the kept rows
     conditions: tuple[Node, ...]
     names: tuple[str, ...]  # of the conditions
     held: int
+    held_rank: int
     impulses: tuple[StateIndex, ...]  # states (momenta) that the multipliers act on
     moved: tuple[StateIndex, ...]  # states in the conditions
     starts: tuple[Node, ...]  # parameters that may close the start

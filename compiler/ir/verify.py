@@ -164,8 +164,10 @@ def _verify_program(program: Program, modes: int = 0) -> None:
     names = Counter(state.name for state in program.states)
     twice = [name for name, count in names.items() if count > 1]
     _require(not twice, f"two states are called `{', '.join(twice)}`")
+    closures = program.closures
+    selectors = 0 if closures is None else sum(s != dag.one for s in closures.selectors)
     counts = {
-        Kind.PARAM: len(program.parameters),
+        Kind.PARAM: len(program.parameters) + selectors,
         Kind.TIME: 1,
         Kind.INPUT: program.inputs + modes,
         Kind.STATE: len(program.states),

@@ -241,7 +241,10 @@ def symbol_names(program: Program) -> Callable[[Symbol], str]:
         for held in program.held:
             inputs[held.index] = held.name
     tables = {
-        Kind.PARAM: [p.name for p in program.parameters],
+        Kind.PARAM: [
+            *(p.name for p in program.parameters),
+            *(f"selector {k}" for k in range(program.closures.kept if program.closures else 0)),
+        ],
         Kind.STATE: [s.name for s in program.states],
         Kind.INPUT: inputs,
     }

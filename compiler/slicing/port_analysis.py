@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.graph import Held, Node, SampledPort, Slot
 from bgc.ir.port_facts import ForceFacts, PortFacts
 from bgc.ir.program import Program
@@ -125,7 +125,7 @@ class _Reads:
         symbol = self._program.dag.symbol_of(node)
         if symbol is not None and symbol.kind is Kind.PARAM:
             return next(p.name for p in self._program.parameters if p.index == symbol.index)
-        values = default_values(self._program.dag, self._program.parameters)
+        values = program_values(self._program)
         return evaluate_nodes(self._program.dag, [node], values)[0]
 
     def _is_pose(self, symbol: Symbol) -> bool:

@@ -15,7 +15,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
 from bgc.diagnostics.catalogue import symbolic as catalogue
 from bgc.diagnostics.diagnostic import BgError
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.graph import Node
 from bgc.linearising.analysis_scene import Opened
 from bgc.linearising.linear_form import linear_form
@@ -164,7 +164,7 @@ class SymbolicSystem:
     def numbers(self) -> dict[sympy.Symbol, float]:
         """The scene's value of each letter, SI, states and inputs at the start."""
         program, dag = self.program, self.program.dag
-        values = default_values(dag, program.parameters)
+        values = program_values(program)
         values[Symbol(Kind.TIME, 0)] = 0.0
         values.update((Symbol(Kind.INPUT, k), 0.0) for k in range(program.inputs))
         starts = evaluate_nodes(dag, [held.initial for held in program.held], values)

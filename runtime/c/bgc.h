@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 17
+#define BGC_ABI 18
 
 typedef enum {
     BGC_OK = 0,
@@ -110,11 +110,16 @@ typedef struct {
 } bgc_range;
 
 /* Closed chains of rigid connections. Rows w(x) that close them, and conditions g(x) on positions, are
- * kept at zero: the first n_row and n_condition are independent, the others follow from these. Rows of
- * one chain are consecutive. */
+ * kept at zero. All follow from the first n_row and n_condition. Rows of one chain are consecutive; `rank`
+ * of them are independent, and condition_rank of the conditions. Where there are more, that many are chosen
+ * along a run, at first those that come first. */
 typedef struct {
-    int n_row, n_all_rows, n_condition, n_all_conditions, n_impulse, n_moved, n_start, n_chain;
+    int n_row, n_all_rows, n_condition, n_all_conditions, condition_rank;
+    int n_impulse, n_moved, n_start, n_chain, n_selector;
     const int *chain_of;          /* of each row: its chain */
+    const int *rank;              /* n_chain */
+    const int *selector;          /* of each row: the place in p that is 1 where the row is chosen and 0
+                                   * elsewhere, one of n_selector behind the parameters; -1 without a choice */
     const int *impulse;           /* n_impulse: states that the multipliers of the rows act on */
     const int *moved;             /* n_moved: states in the conditions */
     const int *start;             /* n_start: parameters that may close the start */
@@ -148,7 +153,7 @@ typedef struct bgc_model {
     const char *name;   /* scene's name */
     const char *hash;   /* content hash of the source, hex */
 
-    int n_param;   /* p */
+    int n_param;   /* p; the selectors of closing rows follow */
     int n_hoist;   /* h: expressions of parameters alone */
     int n_state;   /* x */
     int n_input;   /* u: device inputs, held over a sample; n_switch modes follow them in u */

@@ -221,10 +221,14 @@ bgc_status bgc_check_given(const bgc_model *m, bgc_data *d);
 /* --- closures.c */
 size_t bgc_closing_size(const bgc_model *m);
 bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x);
-bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d);
 
 /* --- closed_start.c */
 bgc_status bgc_close_start(const bgc_model *m, bgc_data *d);
+bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d);
+
+/* --- chosen_rows.c */
+void bgc_reset_chains(const bgc_model *m, bgc_data *d);
+bgc_status bgc_choose_chain_rows(const bgc_model *m, bgc_data *d);
 
 /* --- singular_chains.c */
 bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const double *x);

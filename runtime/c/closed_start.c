@@ -46,12 +46,12 @@ static void move_closed_start(const bgc_model *m, bgc_data *d, int by_parameters
     }
 }
 
-/* Euclidean norm of the first n conditions. */
-static double misfit_of(const bgc_chain_parts *p, int n) {
+/* Euclidean norm of the n conditions in `list`. */
+static double misfit_of(const bgc_chain_parts *p, int n, const int *list) {
     double sum = 0.0;
 
     for (int i = 0; i < n; i++) {
-        sum += p->condition[i] * p->condition[i];
+        sum += p->condition[list[i]] * p->condition[list[i]];
     }
     return sqrt(sum);
 }
@@ -75,28 +75,30 @@ static void slopes_by_parameters(const bgc_closure_info *c, const bgc_data *d, b
 static int find_start(const bgc_model *m, bgc_data *d, int by_parameters, bgc_chain_parts *p) {
     const bgc_closure_info *c = m->closure_info;
     const int width = by_parameters ? c->n_start : c->n_moved;
+    const int n = bgc_list_conditions(m, d);
     double damping = first_damping;
 
     if (!bgc_evaluate_chains(m, d, d->core.t, d->x, p)) {
         return 0;
     }
     for (int i = 0; i < MAX_CLOSING && damping < 1e6; i++) {
-        const double misfit = misfit_of(p, c->n_condition);
+        const double misfit = misfit_of(p, n, d->closing_list);
         int worst = 0;
 
-        if (bgc_chain_gap(p, c->n_condition, &worst) <= 0.1 * closed_gap) {
+        if (bgc_chain_gap(p, n, d->closing_list, &worst) <= 0.1 * closed_gap) {
             return 1;
         }
         if (by_parameters) {
             slopes_by_parameters(c, d, p);
         }
-        if (!bgc_least_chain_change(m, d, by_parameters ? p->table : p->by_place, width, damping, p)) {
+        if (!bgc_least_chain_change(d, n, by_parameters ? p->table : p->by_place, width, damping, p)) {
             return 0;
         }
 
         /* Take the step if it brings the conditions nearer, else damp more. */
         move_closed_start(m, d, by_parameters, 1.0, p->change);
-        if (bgc_evaluate_chains(m, d, d->core.t, d->x, p) && misfit_of(p, c->n_condition) < misfit) {
+        if (bgc_evaluate_chains(m, d, d->core.t, d->x, p) &&
+            misfit_of(p, n, d->closing_list) < misfit) {
             damping *= 0.1;
         } else {
             move_closed_start(m, d, by_parameters, -1.0, p->change);
@@ -136,7 +138,7 @@ bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     if (!bgc_evaluate_chains(m, d, d->core.t, d->x, &p)) {
         return BGC_NOT_FINITE;
     }
-    if (bgc_chain_gap(&p, c->n_condition, &worst) > closed_gap &&
+    if (bgc_chain_gap(&p, bgc_list_conditions(m, d), d->closing_list, &worst) > closed_gap &&
         (c->n_start == 0 || !find_start(m, d, 1, &p))) {
         declare_start(m, d);
         memcpy(d->start, d->x, (size_t)m->n_state * sizeof *d->x);
@@ -156,7 +158,7 @@ bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     if (!bgc_evaluate_chains(m, d, d->core.t, d->x, &p)) {
         return BGC_NOT_FINITE;
     }
-    if (bgc_chain_gap(&p, c->n_all_conditions, &worst) > redundant_gap) {
+    if (bgc_chain_gap(&p, c->n_all_conditions, NULL, &worst) > redundant_gap) {
         d->core.failed_chain = worst;
         return BGC_OPEN_CHAIN;
     }

@@ -10,7 +10,8 @@
  * where D is the action of the multipliers on the momenta. E. Hairer, C. Lubich, G. Wanner, Geometric
  * Numerical Integration, IV.4; E. Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
  *
- * closed_start.c closes the start, singular_chains.c watches for singular positions.
+ * closed_start.c closes the start, chosen_rows.c chooses among rows that follow from each other, and
+ * singular_chains.c watches for singular positions.
  */
 #include "closures.h"
 
@@ -60,25 +61,40 @@ int bgc_evaluate_chains(const bgc_model *m, bgc_data *d, double t, const double 
 }
 
 void bgc_chain_response(const bgc_closure_info *c, const double *left, const double *right,
-                        int first, int last, double *s) {
-    const int size = last - first;
-
-    for (int i = 0; i < size; i++) {
-        for (int j = 0; j < size; j++) {
+                        int n, const int *row, double *s) {
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
             double sum = 0.0;
             for (int k = 0; k < c->n_impulse; k++) {
-                sum -= left[(first + i) * c->n_impulse + k] * right[k * c->n_row + first + j];
+                sum -= left[row[i] * c->n_impulse + k] * right[k * c->n_row + row[j]];
             }
-            s[i * size + j] = sum;
+            s[i * n + j] = sum;
         }
     }
 }
 
+int bgc_list_chosen(const double *flag, int first, int last, int *list) {
+    int n = 0;
+
+    for (int k = first; k < last; k++) {
+        if (flag[k] != 0.0) {
+            list[n++] = k;
+        }
+    }
+    return n;
+}
+
+int bgc_list_conditions(const bgc_model *m, bgc_data *d) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return bgc_list_chosen(d->chosen + c->n_row, 0, c->n_condition, d->closing_list);
+}
+
 /* --- positions -------------------------------------------------------------------------------- */
 
-int bgc_least_chain_change(const bgc_model *m, bgc_data *d, const double *slopes, int width,
-                        double damping, bgc_chain_parts *p) {
-    const int n = m->closure_info->n_condition;
+int bgc_least_chain_change(bgc_data *d, int n, const double *slopes, int width, double damping,
+                           bgc_chain_parts *p) {
+    const int *list = d->closing_list;
     double *multiplier = p->change + width;
     double trace = 0.0;
 
@@ -87,12 +103,12 @@ int bgc_least_chain_change(const bgc_model *m, bgc_data *d, const double *slopes
         for (int j = 0; j < n; j++) {
             double sum = 0.0;
             for (int k = 0; k < width; k++) {
-                sum += slopes[i * width + k] * slopes[j * width + k];
+                sum += slopes[list[i] * width + k] * slopes[list[j] * width + k];
             }
             p->matrix[i * n + j] = sum;
         }
         trace += p->matrix[i * n + i];
-        multiplier[i] = -p->condition[i];
+        multiplier[i] = -p->condition[list[i]];
     }
     for (int i = 0; i < n; i++) {
         p->matrix[i * n + i] += damping * trace;
@@ -106,20 +122,21 @@ int bgc_least_chain_change(const bgc_model *m, bgc_data *d, const double *slopes
     for (int k = 0; k < width; k++) {
         double sum = 0.0;
         for (int i = 0; i < n; i++) {
-            sum += slopes[i * width + k] * multiplier[i];
+            sum += slopes[list[i] * width + k] * multiplier[i];
         }
         p->change[k] = sum;
     }
     return bgc_first_bad(width, p->change) < 0;
 }
 
-double bgc_chain_gap(const bgc_chain_parts *p, int n, int *worst) {
+double bgc_chain_gap(const bgc_chain_parts *p, int n, const int *list, int *worst) {
     double gap = 0.0;
 
     for (int i = 0; i < n; i++) {
-        if (!(fabs(p->condition[i]) <= gap)) {
-            gap = fabs(p->condition[i]);
-            *worst = i;
+        const int k = list == NULL ? i : list[i];
+        if (!(fabs(p->condition[k]) <= gap)) {
+            gap = fabs(p->condition[k]);
+            *worst = k;
         }
     }
     return gap;
@@ -128,6 +145,7 @@ double bgc_chain_gap(const bgc_chain_parts *p, int n, int *worst) {
 /* Moves the positions in x until the conditions hold; the results of the kernel are those there. */
 static bgc_status close_positions(const bgc_model *m, bgc_data *d, double t, double *x, bgc_chain_parts *p) {
     const bgc_closure_info *c = m->closure_info;
+    const int n = bgc_list_conditions(m, d);
 
     for (int i = 0; i < MAX_PROJECTIONS; i++) {
         double size = 0.0;
@@ -135,10 +153,10 @@ static bgc_status close_positions(const bgc_model *m, bgc_data *d, double t, dou
         if (!bgc_evaluate_chains(m, d, t, x, p)) {
             return BGC_NOT_FINITE;
         }
-        if (bgc_chain_gap(p, c->n_condition, &worst) <= least_gap) {
+        if (bgc_chain_gap(p, n, d->closing_list, &worst) <= least_gap) {
             return BGC_OK;
         }
-        if (!bgc_least_chain_change(m, d, p->by_place, c->n_moved, regularisation, p)) {
+        if (!bgc_least_chain_change(d, n, p->by_place, c->n_moved, regularisation, p)) {
             return BGC_SINGULAR_CHAIN;
         }
         for (int k = 0; k < c->n_moved; k++) {
@@ -158,17 +176,20 @@ static bgc_status close_positions(const bgc_model *m, bgc_data *d, double t, dou
 /* Moves the momenta in x until the closing rows hold. */
 static bgc_status close_flows(const bgc_model *m, bgc_data *d, double *x, bgc_chain_parts *p) {
     const bgc_closure_info *c = m->closure_info;
-    const int n = c->n_row;
+    const int *row = d->closing_list;
+    const int n = bgc_list_chosen(d->chosen, 0, c->n_row, d->closing_list);
     int bad;
 
     if (n == 0) {
         return BGC_OK;
     }
-    bgc_chain_response(c, p->by_impulse, p->response, 0, n, p->matrix);
-    memcpy(p->change, p->flow, (size_t)n * sizeof *p->change);
+    bgc_chain_response(c, p->by_impulse, p->response, n, row, p->matrix);
+    for (int i = 0; i < n; i++) {
+        p->change[i] = p->flow[row[i]];
+    }
     bad = bgc_factorise_dense(n, p->matrix, d->closing_pivot, p->other);
     if (bad >= 0) {
-        d->core.failed_chain = c->chain_of[bad];
+        d->core.failed_chain = c->chain_of[row[bad]];
         return BGC_SINGULAR_CHAIN;
     }
     bgc_solve_dense(n, p->matrix, d->closing_pivot, p->change);
@@ -177,7 +198,7 @@ static bgc_status close_flows(const bgc_model *m, bgc_data *d, double *x, bgc_ch
     }
     for (int k = 0; k < c->n_impulse; k++) {
         for (int j = 0; j < n; j++) {
-            x[c->impulse[k]] += p->response[k * n + j] * p->change[j];
+            x[c->impulse[k]] += p->response[k * c->n_row + row[j]] * p->change[j];
         }
     }
     return BGC_OK;
@@ -199,13 +220,18 @@ bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x
 
 int bgc_chain_rows(const bgc_model *m) {
     const bgc_closure_info *c = m->closure_info;
+    int count = c == NULL ? 0 : c->condition_rank;
 
-    return c == NULL ? 0 : c->n_row + c->n_condition;
+    for (int k = 0; c != NULL && k < c->n_row; k++) {
+        count += bgc_is_first_choice(c, k);
+    }
+    return count;
 }
 
 bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *value, double *slope) {
     const bgc_closure_info *c = m->closure_info;
     const int n = m->n_state;
+    int count;
     bgc_chain_parts p;
 
     if (bgc_chain_rows(m) == 0) {
@@ -214,19 +240,24 @@ bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *valu
     if (!bgc_evaluate_chains(m, d, d->core.t, d->x, &p)) {
         return BGC_NOT_FINITE;
     }
-    memcpy(value, p.flow, (size_t)c->n_row * sizeof *value);
-    memcpy(value + c->n_row, p.condition, (size_t)c->n_condition * sizeof *value);
-    memset(slope, 0, (size_t)(c->n_row + c->n_condition) * (size_t)n * sizeof *slope);
+    memset(slope, 0, (size_t)bgc_chain_rows(m) * (size_t)n * sizeof *slope);
 
     /* Flows by momenta, then conditions by positions. */
-    for (int i = 0; i < c->n_row; i++) {
+    count = bgc_list_chosen(d->chosen, 0, c->n_row, d->closing_list);
+    for (int i = 0; i < count; i++) {
+        const int row = d->closing_list[i];
+        value[i] = p.flow[row];
         for (int k = 0; k < c->n_impulse; k++) {
-            slope[i * n + c->impulse[k]] = p.by_impulse[i * c->n_impulse + k];
+            slope[i * n + c->impulse[k]] = p.by_impulse[row * c->n_impulse + k];
         }
     }
-    for (int i = 0; i < c->n_condition; i++) {
+    value += count, slope += count * n;
+    count = bgc_list_conditions(m, d);
+    for (int i = 0; i < count; i++) {
+        const int row = d->closing_list[i];
+        value[i] = p.condition[row];
         for (int k = 0; k < c->n_moved; k++) {
-            slope[(c->n_row + i) * n + c->moved[k]] = p.by_place[i * c->n_moved + k];
+            slope[i * n + c->moved[k]] = p.by_place[row * c->n_moved + k];
         }
     }
     return BGC_OK;

@@ -28,7 +28,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
     d->block_search = calloc((8 + 3 * searched) * searched + 1, sizeof *d->block_search);
     d->pivot = calloc((size_t)bgc_unknowns(m) + 1, sizeof *d->pivot);
-    d->closing_pivot = calloc(bgc_closing_size(m) + 1, sizeof *d->closing_pivot);
+    d->closing_pivot = calloc(2 * bgc_closing_size(m) + 1, sizeof *d->closing_pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
     d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
     if (d->memory == NULL || d->is_set == NULL || d->device == NULL || !bgc_reserve_dense(m, d) ||
@@ -42,6 +42,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     bgc_place_all(m, d, d->memory);
     d->place = d->block + n;
     d->block_pivot = d->place + n;
+    d->closing_list = d->closing_pivot + bgc_closing_size(m);
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
@@ -170,7 +171,10 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     if (m->project != NULL) {
         m->project(d->h, core->t, d->x, d->work);
     }
-    status = bgc_close_chains_at_start(m, d);
+    status = bgc_choose_chain_rows(m, d);
+    if (status == BGC_OK) {
+        status = bgc_close_chains_at_start(m, d);
+    }
     if (status == BGC_OK) {
         status = bgc_watch_chains(m, d, core->t, d->x);
     }
@@ -215,9 +219,7 @@ bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t) {
 
     /* Parameters and devices. */
     clear_run(core, t);
-    if (m->closure_info != NULL) {
-        memset(d->response_size, 0, (size_t)m->closure_info->n_row * sizeof *d->response_size);
-    }
+    bgc_reset_chains(m, d);
     bgc_reset_modes(m, d);
     atomic_store(&d->stop, 0);
     status = bgc_check_parameters(m, d);

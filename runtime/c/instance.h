@@ -262,6 +262,7 @@ struct bgc_data {
     bgc_complex *complex_lu;
     double *closed_before;  /* dw/dx and responses of closed chains at the present */
     double *response_size;  /* of each row of these: the largest diagonal of S so far */
+    double *chosen;         /* n_row, n_condition: 1 where a row or condition of these is chosen, else 0 */
 
     /* Scratch. */
     double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
@@ -314,7 +315,9 @@ struct bgc_data {
     double *start_magnitude, *start_jac, *start_lu;
     int *start_pivot;
     double *closing;        /* closures.c */
-    int *closing_pivot;
+    int *closing_pivot, *closing_list;
+    double *closed_after;   /* as closed_before, at the end of the step, */
+    double *next_chosen;    /* and as chosen from there on */
 
     bgc_device *device;
     int failed_device;       /* the last one that reported a fault, or -1; */

@@ -19,12 +19,7 @@ static bgc_range *place_ranges(layout *l, int count) {
     return (bgc_range *)(void *)place(l, 2 * (size_t)count);
 }
 
-/* Entries of dw/dx and of the responses of closed chains. */
-static size_t closing_rows(const bgc_model *m) {
-    const bgc_closure_info *c = m->closure_info;
-
-    return c == NULL ? 0 : 2 * (size_t)c->n_row * (size_t)c->n_impulse;
-}
+static const bgc_closure_info no_closures = {0};
 
 /* Allocates all arrays, those that are saved first. Returns their size in doubles. */
 size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
@@ -34,10 +29,13 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t checks = (size_t)(tested > given ? tested : given);
     const size_t switches = (size_t)m->n_switch;
     const size_t unknowns = (size_t)m->n_start;
+    const bgc_closure_info *c = m->closure_info == NULL ? &no_closures : m->closure_info;
+    const size_t responses = 2 * (size_t)c->n_row * (size_t)c->n_impulse;
+    const size_t choices = (size_t)c->n_row + (size_t)c->n_condition;
     layout l = {from, 0};
 
     /* Parameters, states and inputs. */
-    d->p = place(&l, (size_t)m->n_param);
+    d->p = place(&l, (size_t)m->n_param + (size_t)c->n_selector);
     d->h = place(&l, (size_t)m->n_hoist);
     d->x = place(&l, n);
     d->u = place(&l, (size_t)m->n_input + switches);
@@ -99,8 +97,9 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
     d->complex_lu = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
-    d->closed_before = place(&l, closing_rows(m));
-    d->response_size = place(&l, m->closure_info == NULL ? 0 : (size_t)m->closure_info->n_row);
+    d->closed_before = place(&l, responses);
+    d->response_size = place(&l, (size_t)c->n_row);
+    d->chosen = place(&l, choices);
     d->n_saved = l.used;
 
     /* Arrays that are not saved. First the stages and right-hand sides of a step. */
@@ -174,6 +173,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->start_jac = place(&l, unknowns * unknowns);
     d->start_lu = place(&l, unknowns * unknowns);
     d->closing = place(&l, bgc_closing_size(m));
+    d->closed_after = place(&l, responses);
+    d->next_chosen = place(&l, choices);
     return l.used;
 }
 

@@ -67,17 +67,15 @@ static void transpose(int n, double *a) {
     }
 }
 
-/* Whether the rows first to last are much the same before and after the step, with G0 and G1: the
+/* Whether n rows are much the same before and after the step, with G0 and G1: the
  * symmetric parts of L^-1 G0 M^-1 G1' L^-T (the identity where nothing changes), with S0 = L L' and
  * with S1 = L L', have pivots above `least_row_part`. */
 static int are_resolved(const bgc_closure_info *c, const double *by_impulse_before,
-                        const double *response_before, int first, int last, bgc_chain_parts *p) {
-    const int n = last - first;
-
+                        const double *response_before, int n, const int *row, bgc_chain_parts *p) {
     for (int after = 0; after < 2; after++) {
         bgc_chain_response(c, after ? p->by_impulse : by_impulse_before,
-                    after ? p->response : response_before, first, last, p->matrix);
-        bgc_chain_response(c, by_impulse_before, p->response, first, last, p->mixed);
+                    after ? p->response : response_before, n, row, p->matrix);
+        bgc_chain_response(c, by_impulse_before, p->response, n, row, p->mixed);
         if (cholesky(n, p->matrix, NULL) == 0.0) {
             return 0;
         }
@@ -122,6 +120,8 @@ int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x)
 bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const double *x) {
     const bgc_closure_info *c = m->closure_info;
     const double *before = d->closed_before;
+    const size_t count = c == NULL ? 0 : (size_t)c->n_row * (size_t)c->n_impulse;
+    int *row = d->closing_list;
     int first = 0;
     bgc_chain_parts p;
 
@@ -132,23 +132,19 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
         return BGC_NOT_FINITE;
     }
     d->core.next_chain_pivot = 1.0;
+    memcpy(d->closed_after, p.by_impulse, 2 * count * sizeof *d->closed_after);
+    memcpy(d->next_chosen, d->chosen, (size_t)(c->n_row + c->n_condition) * sizeof *d->chosen);
+    bgc_next_conditions(c, d, &p);
     while (first < c->n_row) {
         const int chain = c->chain_of[first];
-        int last = first;
+        const int last = bgc_end_of_chain(c, first);
+        int n = last - first;
         double pivot;
 
-        /* The response matrix of one chain, and the largest size of its diagonal so far. */
-        while (last < c->n_row && c->chain_of[last] == chain) {
-            last++;
-        }
-        bgc_chain_response(c, p.by_impulse, p.response, first, last, p.matrix);
-        for (int i = first; i < last; i++) {
-            const double now = p.matrix[(i - first) * (last - first + 1)];
-            d->response_size[i] = fmax(d->response_size[i], now);
-        }
-
-        /* Its smallest pivot, relative to that size. */
-        pivot = cholesky(last - first, p.matrix, d->response_size + first);
+        /* The smallest pivot of its best rows, relative to the largest size of the diagonal so far. */
+        bgc_whole_chain_response(c, d, first, last, &p);
+        pivot = c->rank[chain] < n ? bgc_next_chain_rows(c, d, first, last, &p)
+                                   : cholesky(n, p.matrix, d->response_size + first);
         if (pivot < d->core.next_chain_pivot) {
             d->core.next_chain_pivot = pivot;
             d->core.failed_chain = chain;
@@ -158,8 +154,9 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
         }
 
         /* Whether the step may have passed a singular position. */
+        n = bgc_list_chosen(d->chosen, first, last, row);
         if (d->core.watches_chains &&
-            !are_resolved(c, before, before + c->n_row * c->n_impulse, first, last, &p)) {
+            !are_resolved(c, before, before + count, n, row, &p)) {
             d->core.failed_chain = chain;
             d->core.passes_singular = d->core.too_coarse = 1;
             return BGC_OK;
@@ -169,17 +166,16 @@ bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const dou
     return BGC_OK;
 }
 
-/* Keeps the rows of the last `bgc_watch_chains` as those of the present. */
+/* Keeps the rows of the last `bgc_watch_chains` as those of the present, and changes the choice. */
 void bgc_enter_chains(const bgc_model *m, bgc_data *d) {
     const bgc_closure_info *c = m->closure_info;
-    bgc_chain_parts p;
 
     if (c == NULL) {
         return;
     }
-    bgc_place_chain_parts(c, d->closing, &p);
-    memcpy(d->closed_before, p.by_impulse,
+    memcpy(d->closed_before, d->closed_after,
            2 * (size_t)c->n_row * (size_t)c->n_impulse * sizeof *d->closed_before);
+    bgc_take_next_rows(m, d);
     d->core.chain_pivot = d->core.next_chain_pivot;
     d->core.watches_chains = 1;
 }

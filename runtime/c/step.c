@@ -78,11 +78,11 @@ static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance
     memcpy(d->x, d->next, size);
     core->t = t_new;
     core->jac_valid = 0;
-    bgc_enter_chains(m, d);
     core->f_valid = (core->f_at_end || core->f_last_at == t_new) && !core->event;
     if (core->f_valid) {
         memcpy(d->f, core->f_at_end ? d->error : d->f_last, size);
     }
+    bgc_enter_chains(m, d);
 
     /* Accounts, and the modes after an event. */
     core->supplied_old = core->supplied;

@@ -18,7 +18,7 @@ from bgc.diagnostics.catalogue import analysis, run, samples
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.graph import Node
 from bgc.linearising.analysis_scene import Opened, open_scene
 from bgc.linearising.linear_form import LinearForm, linear_form
@@ -69,7 +69,7 @@ class OpenedModel:
         self.opened: Opened = open_scene(path, options, inputs, outputs, values)
         self._form: LinearForm = linear_form(self.opened)
         program = self.opened.program
-        self._parameters = default_values(program.dag, program.parameters)
+        self._parameters = program_values(program)
         self._chains = ClosedChains(program, [v.index for v in self.opened.inputs])
         scale = self._numbers([s.scale for s in program.states], self._parameters)
         self.scale = np.where(scale > 0, scale, 1.0)

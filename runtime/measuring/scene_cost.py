@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.emission.operation_cost import Cost, cost_of
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Dropped
 from bgc.options import Options
@@ -157,7 +157,7 @@ def spectral_radius(lowered: Lowered) -> float | None:
     if not 0 < size <= _MOST_STATES:
         return None
     dag = program.dag
-    values = dict(default_values(dag, program.parameters))
+    values = program_values(program)
     values[Symbol(Kind.TIME, 0)] = 0.0
     values.update({Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)})
     for k in range(len(lowered.switches)):  # no mode is set: the comparison itself decides

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 from bgc.language.records import Where, options_of
 from bgc.language.solver import Solver
 
-ABI = 17
+ABI = 18
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 _NUMBERS: dict[type, Any] = {float: c_double, int: c_int}

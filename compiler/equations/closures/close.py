@@ -7,9 +7,11 @@ chain that cannot be closed, or whose rank is not the same everywhere near the s
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import mul
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.derivatives import directional_derivative, gradient
@@ -27,10 +29,11 @@ from bgc.equations.closures.manifold import (
     Point,
     Start,
     closed,
+    closed_flows,
     closed_points,
     closed_start,
-    condition_ranks,
     gap_of,
+    independent_conditions,
     nearest_to_closed,
     start_of,
 )
@@ -44,7 +47,7 @@ from bgc.equations.closures.multipliers import (
 )
 from bgc.equations.closures.start_check import require_given
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import default_values, program_values
 from bgc.ir.graph import Node
 from bgc.ir.program import ClosedChain, Closures, Program
 
@@ -74,10 +77,16 @@ def close_chains(program: Program, variables: Variables, rows: ClosingRows) -> P
 
 @dataclass(frozen=True, slots=True)
 class _Chosen:
-    """The rows and conditions from which the others follow."""
+    """The rows and conditions from which the others follow.
+
+    Others may take their place along a run in the `changing` chains, which are lists of rows, and
+    among the conditions if these are `changing_conditions`.
+    """
 
     flows: list[int]
     conditions: list[int]
+    changing: list[list[int]]
+    changing_conditions: bool
 
 
 class _Closing:
@@ -88,6 +97,8 @@ class _Closing:
         self._graph = variables.causal.graph
         self._rows = rows
         self._responses: Responses = responses_of(program, variables, rows.flows)
+        every = range(len(rows.flows))
+        self._groups = connected_rows(self._dag, variables, self._responses, every)
         self._conditions = self._conditions_on_states()
         self._start = self._start_parameters()
 
@@ -98,14 +109,15 @@ class _Closing:
         start, found = self._closed_start(values)
         points = [start, *closed_points(self._dag, self._conditions, start)]
         chosen = self._choose(points)
-        self._require_kept(points, chosen)
-        made = settled(program, self._variables, self._rows.flows, self._responses, chosen.flows)
+        selectors = self._selectors(chosen)
+        made = settled(program, self._variables, self._rows.flows, self._responses, selectors)
         dropped = sorted(set(range(len(self._rows.flows))) - set(chosen.flows))
         warnings = (*program.warnings, *self._warn(dropped))
-        closures = self._closures(chosen, lasting=self._is_lasting(points, chosen.flows, dropped))
-        made = replace(made, closures=closures, warnings=warnings)
+        made = replace(made, closures=self._closures(chosen, selectors), warnings=warnings)
+        self._require_kept(points, made)
         declared = start_of(program, start)
-        require_given(made, start, rounded=any(start[k] != declared[k] for k in start))
+        rounded = any(start[k] != declared[k] for k in start)
+        require_given(made, program_values(made) | start, rounded=rounded)
         return self._with_start(made, values, found)
 
     # --- conditions and the start ---------------------------------------------------------------
@@ -210,53 +222,34 @@ class _Closing:
     def _choose(self, points: Sequence[Point]) -> _Chosen:
         """Rows from which all others follow, at the start and at the random points."""
         every = range(len(self._rows.flows))
-        ranks, conditions = condition_ranks(self._dag, self._conditions, points)
-        tables = [table for point in points if _finite(table := self._response_at(point))]
-        if not tables or not _finite(self._response_at(points[0])):
+        slopes = [self._conditions.at(self._dag, point)[1] for point in points]
+        held = [sorted(independent_conditions(table)) for table in slopes]
+        tables = list(map(self._response_at, points))
+        if not _finite(tables[0]):
             chain = self._chain(every)
             raise BgError(
                 [unrepresentable(chain.span, f"the closed chain of {listed(chain.names)}", "inf")]
             )
+        tables = list(filter(_finite, tables))
         whole = self._but_for_rounding([max(table[k][k] for table in tables) for k in every])
-        orders = [independent_in(table, whole, None, _DEPENDENT) for table in tables]
-        rank = max(map(len, orders), default=0)
-        if self._rows.conditions and (ranks[0] < max(ranks) or len(orders[0]) < rank):
+        orders = [independent_in(table, whole, _DEPENDENT) for table in tables]
+        rank = max(map(len, orders))
+        is_singular = len(orders[0]) < rank or len(held[0]) < max(map(len, held))
+        if self._rows.conditions and is_singular:
             if not every:
-                self._require_kept(points, _Chosen([], []))
+                self._require_kept(points, self._program)
             chain = self._chain(sorted(set(orders[-1]) - set(orders[0])) or every)
             raise BgError([catalogue.singular_start(chain.span, chain.names)])
-        redundant = rank < len(self._acted_on()) or (orders and len(orders[0]) < rank)
-        if conditions is None or (redundant and not self._rows.conditions):
+        is_redundant = len(orders[0]) < len(self._acted_on())
+        if is_redundant and not self._rows.conditions:
             raise self._refused(every)
-        for order in orders:
-            kept = sorted(order)
-            if len(order) == rank and all(
-                len(independent_in(table, whole, kept, _DEPENDENT)) in (rank, len(other))
-                for table, other in zip(tables, orders, strict=True)
-            ):
-                return _Chosen(kept, conditions)
-        raise self._refused(every)
-
-    def _is_lasting(
-        self, points: Sequence[Point], kept: Sequence[int], dropped: Sequence[int]
-    ) -> bool:
-        """Test whether dropped rows follow from the kept ones alike at all points.
-
-        Of a planar linkage they do if the rows are in axes of a body. In other axes, about which
-        its plane turns, the kept rows become dependent where a share grows beyond all bounds.
-        """
-        shares = []
-        for point in points:
-            table = self._response_at(point)
-            part = [[table[i][j] for j in kept] for i in kept]
-            shares.append(
-                [least_change(part, [table[i][row] for i in kept], 1e-14) for row in dropped]
-            )
-        return all(
-            abs(share - first) <= _ALIKE * (1 + abs(first))
-            for found in shares
-            for row, others in zip(found, shares[0], strict=True)
-            for share, first in zip(row, others, strict=True)
+        kept = sorted(orders[0])
+        grams = [_gram(table) for table in slopes]
+        return _Chosen(
+            flows=kept,
+            conditions=held[0],
+            changing=[group for group in self._groups if not _is_lasting(tables, kept, group)],
+            changing_conditions=not _is_lasting(grams, held[0], range(len(self._rows.conditions))),
         )
 
     def _but_for_rounding(self, diagonal: Sequence[float]) -> list[float]:
@@ -265,8 +258,7 @@ class _Closing:
         Mounts in seven digits leave 1e-7 of a coefficient over where directions cancel.
         """
         least = [_NOISE * max(diagonal, default=0.0)] * len(diagonal)
-        every = range(len(diagonal))
-        for group in connected_rows(self._dag, self._variables, self._responses, every):
+        for group in self._groups:
             largest = max(diagonal[k] for k in group)
             for k in group:
                 least[k] = max(least[k], _NOISE_IN_A_CHAIN * largest)
@@ -296,62 +288,61 @@ class _Closing:
             for i in size
         ]
 
-    def _require_kept(self, points: Sequence[Point], chosen: _Chosen) -> None:
-        """Refuse a condition whose rate is not zero where the rows are satisfied."""
-        dag, program = self._dag, self._program
-        if not self._rows.conditions:
-            return
-        rates, direction = motion_without(program, self._variables.multipliers)
-        nodes = [directional_derivative(dag, node, direction) for node in self._rows.conditions]
+    def _require_kept(self, points: Sequence[Point], program: Program) -> None:
+        """Refuse a condition whose rate is not zero where the rows of the program are satisfied."""
+        rates, direction = motion_without(self._program, self._variables.multipliers)
+        speeds = [rates[k] for k in self._conditions.moved]
+        nodes = [
+            directional_derivative(self._dag, node, direction) for node in self._rows.conditions
+        ]
         for point in points:
-            moving = self._moving(point, chosen.flows)
-            found = Evaluator(dag, moving.__getitem__).values(nodes)
-            speeds = Evaluator(dag, moving.__getitem__).values(
-                [rates[k] for k in self._conditions.moved]
-            )
-            for condition, rate in zip(self._graph.conditions, found, strict=True):
-                if not abs(rate) <= _KEPT * math.hypot(*speeds) + 1e-300:
+            moving = program_values(program) | point
+            for number, k in enumerate(self._responses.impulses):
+                moving[Symbol(Kind.STATE, k)] += math.sin(1.0 + number)
+            if program.closures is not None:
+                moving = closed_flows(program, moving)
+            numbers = Evaluator(self._dag, moving.__getitem__)
+            limit = _KEPT * math.hypot(*numbers.values(speeds)) + 1e-300
+            for condition, rate in zip(self._graph.conditions, numbers.values(nodes), strict=True):
+                if not abs(rate) <= limit:
                     raise BgError([catalogue.not_kept(condition.span, condition.name)])
-
-    def _moving(self, point: Point, kept: Sequence[int]) -> Point:
-        """The point with momenta at random that satisfy the rows."""
-        moving = dict(point)
-        for number, k in enumerate(self._responses.impulses):
-            moving[Symbol(Kind.STATE, k)] += math.sin(1.0 + number)
-        numbers = Evaluator(self._dag, moving.__getitem__)
-        flows = numbers.values(self._rows.flows[k] for k in kept)
-        table = self._response_at(point)
-        part = [[table[i][j] for j in kept] for i in kept]
-        weights = least_change(part, flows, 1e-14)
-        for k, row in zip(self._responses.impulses, self._responses.response, strict=True):
-            actions = numbers.values(row[j] for j in kept)
-            moving[Symbol(Kind.STATE, k)] += sum(
-                a * x for a, x in zip(actions, weights, strict=True)
-            )
-        return moving
 
     # --- results ----------------------------------------------------------------------------------
 
-    def _closures(self, chosen: _Chosen, *, lasting: bool) -> Closures:
-        groups = connected_rows(self._dag, self._variables, self._responses, chosen.flows)
+    def _selectors(self, chosen: _Chosen) -> dict[int, Node]:
+        """The rows with a multiplier, each with its selector."""
+        changing = {row for group in chosen.changing for row in group}
+        rows = sorted(changing | set(chosen.flows))
+        numbers = itertools.count(len(self._program.parameters))
+        return {
+            row: self._dag.symbol(Kind.PARAM, next(numbers)) if row in changing else self._dag.one
+            for row in rows
+        }
+
+    def _closures(self, chosen: _Chosen, selectors: Mapping[int, Node]) -> Closures:
+        groups = connected_rows(self._dag, self._variables, self._responses, list(selectors))
+        groups = [sorted(group, key=lambda row: row not in chosen.flows) for group in groups]
         kept = [row for group in groups for row in group]
         dropped = sorted(set(range(len(self._rows.flows))) - set(kept))
         others = sorted(set(range(len(self._rows.conditions))) - set(chosen.conditions))
+        held = [*chosen.conditions, *(others if chosen.changing_conditions else ())]
         return Closures(
             chains=tuple(self._chain(group) for group in groups),
             chain_of=tuple(k for k, group in enumerate(groups) for _ in group),
             flows=tuple(self._rows.flows[k] for k in (*kept, *dropped)),
             kept=len(kept),
-            lasting=lasting,
+            ranks=tuple(len(set(group) & set(chosen.flows)) for group in groups),
+            selectors=tuple(selectors[row] for row in kept),
             conditions=tuple(self._rows.conditions[k] for k in (*chosen.conditions, *others)),
             names=tuple(self._graph.conditions[k].name for k in (*chosen.conditions, *others)),
-            held=len(chosen.conditions),
+            held=len(held),
+            held_rank=len(chosen.conditions),
             impulses=self._responses.impulses,
             moved=tuple(self._conditions.moved),
             starts=tuple(self._dag.symbol(s.kind, s.index) for s in self._start.parameters),
             by_impulse=tuple(self._responses.by_impulse[k] for k in kept),
             response=tuple(tuple(row[k] for k in kept) for row in self._responses.response),
-            by_place=tuple(tuple(self._conditions.slopes[k]) for k in chosen.conditions),
+            by_place=tuple(tuple(self._conditions.slopes[k]) for k in held),
             by_start=tuple(map(tuple, self._start.slopes)),
         )
 
@@ -393,6 +384,34 @@ class _Closing:
             return []
         chain = self._chain(dropped)
         return [catalogue.redundant_rows(chain.span, chain.names, len(dropped))]
+
+
+def _is_lasting(
+    tables: Sequence[Sequence[Sequence[float]]], chosen: Sequence[int], group: Sequence[int]
+) -> bool:
+    """Test whether the other rows in a group follow from the chosen ones alike at all points.
+
+    `tables` are the matrices of their scalar products. Of a planar linkage they do if the rows are
+    in axes of a body. In other axes, about which its plane turns, the chosen rows become dependent
+    where a share grows beyond all bounds.
+    """
+    kept = [row for row in group if row in chosen]
+    shares = []
+    for table in tables:
+        part = [[table[i][j] for j in kept] for i in kept]
+        others = ([table[i][row] for i in kept] for row in group if row not in kept)
+        shares.append([least_change(part, other, 1e-14) for other in others])
+    return all(
+        abs(share - first) <= _ALIKE * (1 + abs(first))
+        for found in shares
+        for row, others in zip(found, shares[0], strict=True)
+        for share, first in zip(row, others, strict=True)
+    )
+
+
+def _gram(table: Sequence[Sequence[float]]) -> list[list[float]]:
+    """The scalar products of the rows of a matrix."""
+    return [[sum(map(mul, row, other)) for other in table] for row in table]
 
 
 def _finite(table: Sequence[Sequence[float]]) -> bool:

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from bgc.algebra.newton import solve_dense
+
 Rows = Sequence[Sequence[float]]
 
 _EMPTY = 1e-9  # beside the longest row: a row of this length or less is zero but for rounded data
 
 
-def independent_rows(
-    matrix: Rows, tolerance: float, first: Sequence[int] = (), empty: float = _EMPTY
-) -> list[int]:
+def independent_rows(matrix: Rows, tolerance: float, empty: float = _EMPTY) -> list[int]:
     """The rows of a maximal independent set, the best one first.
 
     A row is dependent where the part of it that is orthogonal to the others is at most
-    `tolerance` of its length, or where its length is at most `empty` of the longest. Rows in
-    `first` are taken before others.
+    `tolerance` of its length, or where its length is at most `empty` of the longest.
     """
     lengths = [math.hypot(*row) for row in matrix]
     least = empty * max(lengths, default=0.0)
@@ -25,13 +24,10 @@ def independent_rows(
     sizes = {k: math.hypot(*row) for k, row in left.items()}
     found: list[int] = []
     while left:
-        some = [k for k in first if k in left] or list(left)
-        best = max(some, key=lambda k: math.hypot(*left[k]) / sizes[k])
+        best = max(left, key=lambda k: math.hypot(*left[k]) / sizes[k])
         row = left.pop(best)
         length = math.hypot(*row)
         if length <= tolerance * sizes[best]:
-            if best in first:
-                continue
             break
         found.append(best)
         for other in left.values():
@@ -63,7 +59,7 @@ def least_change(matrix: Rows, right: Sequence[float], tolerance: float) -> list
 
 
 def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[float]:
-    """`A' (A A' + damping I)^-1 b`, by Cholesky's factors; zeros where these do not exist.
+    """`A' (A A' + damping I)^-1 b`; zeros where it does not exist.
 
     It equals `(A' A + damping I)^-1 A' b`, whose matrix is smaller where A has more rows.
     """
@@ -80,49 +76,29 @@ def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[
 def _damped_solution(
     matrix: Sequence[Sequence[float]], right: Sequence[float], damping: float
 ) -> list[float] | None:
-    """`(A A' + damping I)^-1 b` by Cholesky's factors; None where these do not exist."""
-    size = range(len(matrix))
-    factors: list[list[float]] = []
-    for i in size:
-        line: list[float] = []
-        for j in range(i):
-            product = sum(a * b for a, b in zip(matrix[i], matrix[j], strict=True))
-            known = sum(a * b for a, b in zip(line, factors[j], strict=False))
-            line.append((product - known) / factors[j][j])
-        square = damping + sum(a * a for a in matrix[i]) - sum(a * a for a in line)
-        if not square > 0:
-            return None
-        factors.append([*line, math.sqrt(square)])
-    weights = list(right)
-    for i in size:
-        known = sum(a * b for a, b in zip(factors[i], weights[:i], strict=False))
-        weights[i] = (weights[i] - known) / factors[i][i]
-    for i in reversed(size):
-        known = sum(factors[k][i] * weights[k] for k in range(i + 1, len(matrix)))
-        weights[i] = (weights[i] - known) / factors[i][i]
-    return weights
+    """`(A A' + damping I)^-1 b`; None where it does not exist."""
+    table = [
+        [sum(a * b for a, b in zip(row, other, strict=True)) for other in matrix] for row in matrix
+    ]
+    for k, row in enumerate(table):
+        row[k] += damping
+    return solve_dense(table, [-x for x in right])
 
 
-def independent_in(
-    matrix: Rows, whole: Sequence[float], order: Sequence[int] | None, tolerance: float
-) -> list[int]:
+def independent_in(matrix: Rows, whole: Sequence[float], tolerance: float) -> list[int]:
     """The rows of a positive semidefinite matrix that Cholesky's pivots choose, largest first.
 
-    Pivots count relative to `whole`. `order` fixes the rows to try, in order; None leaves the
-    choice to the pivots.
+    Pivots count relative to `whole`.
     """
-    size = len(matrix)
     work = [list(row) for row in matrix]
     found: list[int] = []
-    waiting = list(range(size)) if order is None else list(order)
+    waiting = list(range(len(matrix)))
     while waiting:
         parts = {k: work[k][k] / whole[k] if whole[k] > 0 else 0.0 for k in waiting}
-        best = waiting[0] if order is not None else max(waiting, key=lambda k: parts[k])
+        best = max(waiting, key=lambda k: parts[k])
         waiting.remove(best)
         if not parts[best] > tolerance:
-            if order is None:
-                break
-            continue
+            break
         found.append(best)
         pivot = list(work[best])
         for k in waiting:

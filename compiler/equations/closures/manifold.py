@@ -188,6 +188,14 @@ def _close_start(
     return values | dict(zip(start.parameters, found, strict=True))
 
 
+def chosen_rows(program: Program, point: Point) -> list[int]:
+    """The kept rows whose selectors are 1 at a point."""
+    closures = program.closures
+    assert closures is not None
+    numbers = Evaluator(program.dag, point.__getitem__).values(closures.selectors)
+    return [k for k, selector in enumerate(numbers) if selector == 1.0]
+
+
 def closed_flows(program: Program, point: Point) -> Point:
     """The point with its momenta moved along the multipliers until the closing rows hold.
 
@@ -196,16 +204,19 @@ def closed_flows(program: Program, point: Point) -> Point:
     closures = program.closures
     assert closures is not None
     point = dict(point)
-    size = range(closures.kept)
+    chosen = chosen_rows(program, point)
     for _ in range(_PROJECTIONS):
         numbers = Evaluator(program.dag, point.__getitem__)
-        left = [numbers.values(row) for row in closures.by_impulse]
-        right = [numbers.values(row) for row in closures.response]
+        left = [numbers.values(closures.by_impulse[k]) for k in chosen]
+        right = [numbers.values(row[k] for k in chosen) for row in closures.response]
         matrix = [
-            [-sum(a * action[j] for a, action in zip(row, right, strict=True)) for j in size]
+            [
+                -sum(a * action[j] for a, action in zip(row, right, strict=True))
+                for j in range(len(chosen))
+            ]
             for row in left
         ]
-        weights = least_change(matrix, numbers.values(closures.flows[: closures.kept]), 1e-14)
+        weights = least_change(matrix, numbers.values(closures.flows[k] for k in chosen), 1e-14)
         largest = 0.0
         for k, actions in zip(closures.impulses, right, strict=True):
             change = sum(a * x for a, x in zip(actions, weights, strict=True))
@@ -234,25 +245,6 @@ def closed_points(dag: Dag, conditions: Conditions, start: Point) -> Iterator[Po
             return
 
 
-def condition_ranks(
-    dag: Dag, conditions: Conditions, points: Sequence[Point]
-) -> tuple[list[int], list[int] | None]:
-    """The rank of the conditions at each point, and conditions from which all others follow.
-
-    These are independent at every point of the highest rank; None if no choice is.
-    """
-    tables = [conditions.at(dag, point)[1] for point in points]
-    chosen = [_independent(table) for table in tables]
-    ranks = [len(rows) for rows in chosen]
-    full = [k for k, rank in enumerate(ranks) if rank == max(ranks)]
-    for k in full:
-        rows = sorted(chosen[k])
-        parts = ([tables[other][row] for row in rows] for other in full)
-        if all(len(_independent(part)) == len(rows) for part in parts):
-            return ranks, rows
-    return ranks, None
-
-
-def _independent(table: Sequence[Sequence[float]]) -> list[int]:
+def independent_conditions(table: Sequence[Sequence[float]]) -> list[int]:
     """Conditions that are independent for data in seven digits; their sizes are m, rad and 1."""
     return independent_rows(table, RANK, empty=ROUNDED)

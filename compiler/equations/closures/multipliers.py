@@ -130,14 +130,23 @@ def motion_without(
 
 def settled(
     program: Program, variables: Variables, flows: Sequence[Node], responses: Responses,
-    kept: Sequence[int],
+    selectors: Mapping[int, Node],
 ) -> Program:  # fmt: skip
-    """The program with the multipliers of the kept rows solved for, and those of others zero."""
+    """The program with the multipliers of rows solved for where their selectors are 1.
+
+    Those of other rows are zero: `(E S E + 1 - E) l = E w'(l = 0)` with the selectors in E.
+    """
     dag, multipliers = program.dag, variables.multipliers
     none = dict.fromkeys(multipliers, dag.zero)
     _, direction = motion_without(program, multipliers)
-    right = [directional_derivative(dag, flows[k], direction) for k in kept]
+    kept = list(selectors)
+    right = [dag.mul(selectors[k], directional_derivative(dag, flows[k], direction)) for k in kept]
     matrix = response_matrix(dag, responses, kept)
+    for i, line in enumerate(matrix):
+        selector = selectors[kept[i]]
+        for j, entry in line.items():
+            line[j] = dag.mul(dag.mul(selector, selectors[kept[j]]), entry)
+        line[i] = dag.add(line.get(i, dag.zero), dag.sub(dag.one, selector))
     values: Mapping[Node, Node] = none
     if kept:
         (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])

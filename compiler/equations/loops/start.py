@@ -13,7 +13,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import program_values
 from bgc.ir.program import Program
 
 _DIGITS = 6  # of a start value: enough, and the same on every machine
@@ -35,7 +35,7 @@ def with_start_values(program: Program, loops: Sequence[int]) -> Program:
     dag, rows = program.dag, algebraic_rows(program)
     if not loops:
         return program
-    values = dict(default_values(dag, program.parameters))
+    values = program_values(program)
     values[Symbol(Kind.TIME, 0)] = 0.0
     values |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
     initials = evaluate_nodes(dag, [state.initial for state in program.states], values)

@@ -26,6 +26,13 @@ bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+void bgc_reset_chains(const bgc_model *m, bgc_data *d) { (void)m, (void)d; }
+
+bgc_status bgc_choose_chain_rows(const bgc_model *m, bgc_data *d) {
+    (void)m, (void)d;
+    return BGC_OK;
+}
+
 bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     (void)m, (void)d;
     return BGC_OK;
