@@ -3,12 +3,11 @@
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from bgc.language.scene import Scene
 from bgc.runtime.cli.command import command, option, require
-from bgc.runtime.cli.command_server import announcing, prepare_serving, serving_beside
+from bgc.runtime.cli.command_server import announce, prepare_serving, serving
 from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
 from bgc.runtime.cli.options import ASSIGNED, TABLE, Devices, SceneOptions, SolverOptions, option_of
 from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
@@ -116,7 +115,7 @@ def _shown(
 
     server = Server(*follower.describe(loop.course.model))
     server.attach(follower)
-    with serving_beside(partial(server.serve, port)):
+    with serving(server, port):
         follower.follow(loop, server.publish)
-        announcing(server, no_browser)()
+        announce(server, no_browser)
         yield

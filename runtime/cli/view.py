@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from bgc.runtime.cli.command import Target, command, option, require
-from bgc.runtime.cli.command_server import announcing, prepare_serving, run_until_signal
+from bgc.runtime.cli.command_server import announce, prepare_serving, serving, wait_for
 from bgc.runtime.cli.options import (
     Devices,
     MethodOptions,
@@ -104,7 +104,9 @@ def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
     from bgc.runtime.view.server import Server
 
     server = Server(recording.description, recording.meshes, recording.rows)
-    run_until_signal(server.serve(port, announcing(server, no_browser)))
+    with serving(server, port) as thread:
+        announce(server, no_browser)
+        wait_for(thread)
 
 
 def _serve_model(
@@ -140,12 +142,10 @@ def _serve_model(
     try:
         first = prepared.run.reset()
         server.attach(player)
-
-        def ready() -> None:
+        with serving(server, port) as thread:
             player.start(first)
-            announcing(server, no_browser)()
-
-        run_until_signal(server.serve(port, ready))
+            announce(server, no_browser)
+            wait_for(thread)
     finally:
         player.close()
         prepared.run.close()
