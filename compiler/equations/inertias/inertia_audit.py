@@ -1,9 +1,9 @@
 """Numerical checks of merged inertias at a random point, on every compile.
 
 The reduced mass `M_r = N' M N` has to be positive definite; a model for which it is not is refused.
-The emitted flows have to solve `M_r u = pi`, and the forces of varying moduli have to do exactly
-the work that the change of `N` requires, so that no energy is created. These two are properties of
-the compiler, and a failure is a bug in bgc.
+The flows that elimination gives have to solve `M_r u = pi`; those of a group that do not are left
+to the implicit equations `pi = N' p`. The forces of varying moduli have to do exactly the work that
+the change of `N` requires, so that no energy is created; a failure of that is a bug in bgc.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ import math
 import random
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 
-from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
 from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
@@ -38,131 +37,93 @@ _FLOW_TOLERANCE = (
 )
 _SHIFT = 1e-5  # of the point, for differences
 _ROUNDED = 1e-15  # of a flow
-
-
-@dataclass(frozen=True, slots=True)
-class MergedGroup:
-    """A group of inertias with linear laws: independent flow -> its momentum, and its flow."""
-
-    group: Group
-    momenta: Mapping[int, Node]
-    flows: Mapping[int, Node]
+_ITERATIONS = 60  # of the moduli and the flows that they read
+_SETTLED = 1e-14  # change of a flow, relative or absolute
 
 
 class MergedAudit:
     """The checks of all groups of a graph; skipped where a function has no value."""
 
-    def __init__(self, variables: Variables) -> None:
+    def __init__(self, variables: Variables, groups: Sequence[Group]) -> None:
         self._variables = variables
-        self._point = _Point(variables)
-        self._groups: list[MergedGroup] = []
-        self._flows: dict[int, float] = {}  # of the basis
+        self._groups = groups
+        basis = variables.causal.basis
+        speeds = {k: random.Random(f"flow {k}").uniform(0.3, 1) for k in range(len(basis))}
+        elements = [element for group in groups for element in group.elements]
+        self._point = _Point(variables, elements, speeds)
+        self._masses = {group.flows: _reduced_mass(self._point, group) for group in groups}
+        for flows, mass in self._masses.items():
+            for i, k in enumerate(flows):
+                if sys.float_info.min <= mass[i][i] < math.inf:
+                    speeds[k] /= mass[i][i] ** 0.5
+        self._moving = self._point.at(speeds)
 
-    def require_definite(self, group: Group) -> None:
-        """Refuse a group of linear laws whose reduced mass is (nearly) singular.
+    def require_moved(self, group: Group) -> None:
+        """Refuse a group with a motion that moves none of the reduced mass, where it is known.
+
+        With linear laws, one that moves nearly none is refused as well.
 
         Raises
         ------
         BgError
-            Names what can move without inertia.
+            Names what can move without inertia, or the inertias beside the motion.
         """
-        mass = self._moved_by_all(group, _LEAST_EIGENVALUE)
-        if mass is None:
+        mass = self._masses[group.flows]
+        if not _is_known(mass):
             return
-        for i, k in enumerate(group.flows):
-            speed = random.Random(f"flow {k}").uniform(0.3, 1)
-            self._flows[k] = speed / mass[i][i] ** 0.5
-
-    def require_held(self, group: Group) -> None:
-        """Refuse a group with a motion that moves no inertia, whatever the laws.
-
-        Raises
-        ------
-        BgError
-            Names the inertias beside the motion.
-        """
-        self._moved_by_all(group, _ROUNDING)
-
-    def _moved_by_all(self, group: Group, least: float) -> list[list[float]] | None:
-        """The reduced mass if every motion moves some of it; None where that is unknown."""
-        mass = _reduced_mass(self._point, group)
-        if not all(math.isfinite(entry) for row in mass for entry in row):
-            return None
-        if any(0 < row[i] < sys.float_info.min for i, row in enumerate(mass)):
-            return None  # too few digits to judge
         may_be_rounding = may_be_opened(self._variables.causal)
         rounding = _NO_MASS_IN_A_CHAIN if may_be_rounding else _NO_MASS
+        least = _LEAST_EIGENVALUE if group.is_linear else _ROUNDING
         motion = motion_without_inertia(mass, least, rounding)
         if motion is not None:
             raise _moving_without_inertia(self._point, group, motion)
-        return mass
 
-    def note(self, merged: MergedGroup) -> None:
-        """Register the definitions of a group, to be checked by `finish`."""
-        self._groups.append(merged)
+    def is_solved(
+        self, group: Group, momenta: Mapping[int, Node], flows: Mapping[int, Node]
+    ) -> bool:
+        """Return whether flows follow from the momenta that they have, or that is unknown.
 
-    def finish(self, *, complete: bool) -> None:
-        """Assert the properties; `complete` is true where all laws were linear."""
-        if any(k not in self._flows for merged in self._groups for k in merged.momenta):
-            return
-        for k, independent in enumerate(self._variables.causal.basis):
-            if independent.kind is BasisKind.FLOW_SOURCE:
-                self._flows[k] = self._point.value(self._variables.independent(k))
-        self._assert_solved()
-        ports = [port for merged in self._groups for port in merged.group.ports]
-        # otherwise forces of an energy that varies with charges are among the turning ones
-        constant = complete and all(port.bias == self._variables.dag.zero for port in ports)
-        if constant and not self._turned_by_themselves(ports):
-            self._assert_powerless()
-
-    def _turned_by_themselves(self, ports: Sequence[StoragePort]) -> bool:
-        """Return whether a modulus reads a momentum that it merges, or a variable of a bond.
-
-        The random point, which chooses moduli before momenta, does not hold for such.
+        Both are nodes by independent flow of the group.
         """
-        dag = self._variables.dag
-        moduli = (x for d in flow_definitions(self._variables).values() for x in d.row.values())
-        leaves = {node for node in dag.reachable(moduli) if dag.symbol_of(node) is not None}
-        kinds = {symbol.kind for symbol in map(dag.symbol_of, leaves) if symbol is not None}
-        own = {port.state for port in ports}
-        return not leaves.isdisjoint(own) or not kinds.isdisjoint({Kind.EFFORT, Kind.FLOW})
-
-    def _assert_solved(self) -> None:
-        """The independent flows follow from the momenta that they have."""
-        variables, point = self._variables, self._point
-        basis = variables.causal.basis
-        classes = point.flows(self._flows)
-        known = {variables.symbols.of_class(number): flow for number, flow in classes.items()}
+        variables, point = self._variables, self._moving
+        if not point.is_consistent or not _is_known(self._masses[group.flows]):
+            return True
         totals: dict[int, float] = {}
-        for merged in self._groups:
-            for port, momentum in _momenta(point, merged.group.elements, classes):
-                for k, x in point.row_of(port).items():
-                    totals[k] = totals.get(k, 0.0) + x * momentum
-            known |= {node: totals[k] for k, node in merged.momenta.items()}
-        point.set_known(known)
-        for merged in self._groups:
-            for k, node in merged.flows.items():
-                flow = classes[basis[k].bond_class]
-                error = abs(point.value(node) / flow - 1)
-                assert not error > _FLOW_TOLERANCE, (
-                    f"a flow of merged inertias is off by {error:.1e}"
-                )
+        for port, momentum in _momenta(point, group.elements, point.flows):
+            for k, x in point.row_of(port).items():
+                totals[k] = totals.get(k, 0.0) + x * momentum
+        point.known |= {_symbol(variables.dag, x): totals[k] for k, x in momenta.items()}
+        number_of = {k: variables.causal.basis[k].bond_class for k in flows}
+        errors = [abs(point.value(x) / point.flows[number_of[k]] - 1) for k, x in flows.items()]
+        return not any(error > _FLOW_TOLERANCE for error in errors)
 
-    def _assert_powerless(self) -> None:
-        """The forces of turning moduli take the power that turning moduli give the flows."""
-        point = self._point
-        before, after = (_Point(self._variables, shift) for shift in (-_SHIFT, _SHIFT))
-        now, first, last = (p.flows(self._flows) for p in (point, before, after))
+    def assert_powerless(self) -> None:
+        """The forces of turning moduli take the power that turning moduli give the flows.
+
+        Not asserted where laws are not linear, or an energy varies with charges: its forces are
+        among the turning ones.
+        """
+        ports = [port for group in self._groups for port in group.ports]
+        if (
+            any(port.bias != self._variables.dag.zero for port in ports)
+            or not all(group.is_linear for group in self._groups)
+            or not all(map(_is_known, self._masses.values()))
+        ):
+            return
+        point = self._moving
+        before, after = (point.at(point.speeds, shift) for shift in (-_SHIFT, _SHIFT))
+        if not (point.is_consistent and before.is_consistent and after.is_consistent):
+            return
+        now, first, last = point.flows, before.flows, after.flows
         class_of = self._variables.causal.class_of
         powers, rounding = [], 0.0  # a difference of flows is exact to the rounding of the flows
-        for merged in self._groups:
-            for port, momentum in _momenta(point, merged.group.elements, now):
-                point.set_known({port.state: momentum})
+        for group in self._groups:
+            for port, momentum in _momenta(point, group.elements, now):
                 number, sign = class_of[port.port.bond], port.port.through_sign
                 rise = (last[number] - first[number]) / (2 * _SHIFT)
                 powers.append(momentum * sign * rise)
                 rounding += _ROUNDED * abs(momentum * now[number]) / _SHIFT
-        point.set_around(before, after)
+        point.around = before, after
         for number, force in self._variables.balances.turning.items():
             powers.append(point.value(force) * now[number])
         defect, size = abs(sum(powers)), sum(map(abs, powers))
@@ -170,40 +131,80 @@ class MergedAudit:
         assert not defect > bound, f"turning moduli give the power {defect / size:.1e}"
 
 
-class _Point:
-    """Numbers at a random state; `shift` moves it along a random direction."""
+def _is_known(mass: Sequence[Sequence[float]]) -> bool:
+    """Return whether a reduced mass has values, with enough digits to judge."""
+    finite = all(math.isfinite(entry) for row in mass for entry in row)
+    return finite and not any(0 < row[i] < sys.float_info.min for i, row in enumerate(mass))
 
-    def __init__(self, variables: Variables, shift: float = 0.0) -> None:
+
+class _Point:
+    """Numbers at a random state, where all flows are those that their definitions give.
+
+    `speeds` are the independent flows. Where moduli or sources read flows, or momenta of
+    `elements`, these are found by iteration. `shift` moves the state along a random direction, with
+    all independent flows, those of sources as well, kept. `known` holds the values of flows and
+    momenta, and of further symbols that nothing has read before they are set. Rates are
+    differences between the points `around`.
+    """
+
+    def __init__(
+        self,
+        variables: Variables,
+        elements: Sequence[StorageElement],
+        speeds: Mapping[int, float],
+        shift: float = 0.0,
+        known: Mapping[Symbol, float] | None = None,
+    ) -> None:
         self.variables = variables
+        self.speeds = dict(speeds)
+        self._elements = elements
         self._shift = shift
-        self._around: tuple[_Point, _Point] | None = None
-        self._known: dict[Node, float] = {}
-        self._numbers = Evaluator(variables.dag, self._leaf)
-        self._rows = self._flow_rows()
+        self.around: tuple[_Point, _Point] | None = None
+        self.known = dict(known or {})
+        for _ in range(_ITERATIONS):
+            found = self._evaluated()
+            self.is_consistent = all(
+                abs(found[symbol] - used) <= _SETTLED * max(1.0, abs(used))
+                for symbol, used in self._read.items()
+                if symbol in found
+            )
+            self.known = found
+            if self.is_consistent:
+                break
+
+    def at(self, speeds: Mapping[int, float], shift: float = 0.0) -> _Point:
+        """The same with other independent flows, and another shift."""
+        return _Point(self.variables, self._elements, speeds, shift, self.known)
 
     def value(self, node: Node) -> float:
         """The value of a raw node."""
         return self._numbers.value(node)
-
-    def set_known(self, values: Mapping[Node, float]) -> None:
-        """Set the values of flows and momenta."""
-        self._known.update(values)
-
-    def set_around(self, before: _Point, after: _Point) -> None:
-        """Set the two points between which rates are differences."""
-        self._around = before, after
 
     def row_of(self, port: StoragePort) -> dict[int, float]:
         """A port's row of N in the element's sense."""
         number = self.variables.causal.class_of[port.port.bond]
         return {k: port.port.through_sign * x for k, x in self._rows[number].items()}
 
-    def flows(self, independent: Mapping[int, float]) -> dict[int, float]:
-        """The flows of all classes; those not given are zero."""
-        return {
-            number: sum(entry * independent.get(k, 0.0) for k, entry in row.items())
+    def _evaluated(self) -> dict[Symbol, float]:
+        """Rows and flows by the flows and momenta known so far; those that these give."""
+        variables = self.variables
+        self._read: dict[Symbol, float] = {}  # all symbols that these are evaluated with
+        self._numbers = Evaluator(variables.dag, self._leaf)
+        self._rows = self._flow_rows()
+        for k, independent in enumerate(variables.causal.basis):
+            if independent.kind is BasisKind.FLOW_SOURCE and not self._shift:
+                self.speeds[k] = self.value(variables.independent(k))
+        self.flows = {  # of all classes
+            number: sum(entry * self.speeds[k] for k, entry in row.items())
             for number, row in self._rows.items()
         }
+        found = {
+            Symbol(Kind.EFFORT if variables.causal.dual[bond] else Kind.FLOW, bond): flow
+            for number, flow in self.flows.items()
+            for bond in variables.causal.classes[number].bonds
+        }
+        momenta = _momenta(self, self._elements, self.flows)
+        return found | {_symbol(variables.dag, port.state): x for port, x in momenta}
 
     def _flow_rows(self) -> dict[int, dict[int, float]]:
         """Rows of N, as numbers, from the definitions; of classes that stand still empty."""
@@ -219,17 +220,29 @@ class _Point:
         return rows
 
     def _leaf(self, symbol: Symbol) -> float:
-        node = self.variables.dag.symbol(symbol.kind, symbol.index)
-        if node in self._known:
-            return self._known[node]
         if symbol.kind is Kind.PARAM:
-            return self.variables.default(node)
-        rate = self.variables.definitions.get(node)
-        if self._around is not None and isinstance(rate, Rate):
-            before, after = (point.value(rate.of) for point in self._around)
-            return (after - before) / (2 * _SHIFT)
+            return self.variables.default(self.variables.dag.symbol(symbol.kind, symbol.index))
+        value = self.known.get(symbol)
+        self._read[symbol] = self._unknown(symbol) if value is None else value
+        return self._read[symbol]
+
+    def _unknown(self, symbol: Symbol) -> float:
+        """A random number, or the rate of a node as a difference."""
+        if self.around is not None and symbol.kind is Kind.RATE:
+            rate = self.variables.definitions.get(
+                self.variables.dag.symbol(symbol.kind, symbol.index)
+            )
+            if isinstance(rate, Rate):
+                before, after = (point.value(rate.of) for point in self.around)
+                return (after - before) / (2 * _SHIFT)
         rng = random.Random(f"{symbol.kind} {symbol.index}")
         return rng.uniform(0.2, 1) + self._shift * rng.uniform(-1, 1)
+
+
+def _symbol(dag: Dag, node: Node) -> Symbol:
+    symbol = dag.symbol_of(node)
+    assert symbol is not None
+    return symbol
 
 
 def _entries(

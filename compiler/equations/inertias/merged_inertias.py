@@ -17,7 +17,7 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.equations.inertias.flows import reduced_flows, turning_forces
 from bgc.equations.inertias.groups import Group, cannot_merge, find_groups
-from bgc.equations.inertias.inertia_audit import MergedAudit, MergedGroup
+from bgc.equations.inertias.inertia_audit import MergedAudit
 from bgc.equations.storage.accounts import is_symmetric
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
 from bgc.equations.storage.independent_states import charge_state, integrate_compliances
@@ -40,30 +40,33 @@ def merge_inertias(
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
     states = [s for element in together for s in integrate_compliances(variables, element)]
-    audit = MergedAudit(variables)
+    audit = MergedAudit(variables, groups)
     taken: set[str] = set()
     for group in groups:
         _refuse_without_energy(variables, group)
         states += _merge_inertia_group(variables, group, audit, taken)
-    audit.finish(complete=all(group.is_linear for group in groups))
+    audit.assert_powerless()
     return states
 
 
 def _merge_inertia_group(
     variables: Variables, group: Group, audit: MergedAudit, taken: set[str]
 ) -> list[IntegratedState]:
-    """The states of a group; a group of linear laws is checked. `taken` collects their names."""
+    """The states of a group. `taken` collects their names.
+
+    The flows of a group whose laws are not linear, or whose eliminated flows fail the check, are
+    unknowns of `pi = N' p`.
+    """
     dag, causal = variables.dag, variables.causal
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     for element in group.elements:
         _define_momenta(variables, element)
     flows = None
+    audit.require_moved(group)
     if group.is_linear:
-        audit.require_definite(group)
         flows = _reduced_flows(variables, group, merged)
-        audit.note(MergedGroup(group, merged, flows))
-    else:
-        audit.require_held(group)
+        if not audit.is_solved(group, merged, flows):
+            flows = None
     for k, state in merged.items():
         number = causal.basis[k].bond_class
         if flows is not None:

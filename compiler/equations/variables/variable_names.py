@@ -49,7 +49,9 @@ class Places:
         letter = {Kind.EFFORT: "e", Kind.FLOW: "f", Kind.DISPLACEMENT: "q"}.get(leaf.kind, "p")
         if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
             element = self._causal.graph.elements[self._elements[symbol]]
-            if isinstance(element, Storage) and len(element.ports) > 1:
+            if leaf.kind is Kind.RATE:
+                letter = self._rate_name(symbol)
+            elif isinstance(element, Storage) and len(element.ports) > 1:
                 letter += f"[{leaf.index - element.first_state + 1}]"
             return f"{element.name}.{letter}"
         bonds: tuple[int, ...] = (leaf.index,)
@@ -61,6 +63,13 @@ class Places:
             suffix = f"[{port.position + 1}]" if port.position else ""
             return f"{self._causal.graph.elements[port.element].name}.{letter}{suffix}"
         return f"({self._place(symbol)[0]}).{letter}"
+
+    def _rate_name(self, symbol: Node) -> str:
+        """`rate`, or `rate2` for the second rate that belongs to an element."""
+        own = (node for node, k in self._elements.items() if k == self._elements[symbol])
+        rates = [node for node in own if self._leaf(node).kind is Kind.RATE]
+        place = rates.index(symbol) + 1
+        return f"rate{place}" if place > 1 else "rate"
 
     def unit_of(self, symbol: Node) -> str:
         """The unit of an effort or flow that becomes an algebraic state."""
