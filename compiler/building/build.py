@@ -20,6 +20,7 @@ from pathlib import Path
 from bgc.building.cache import Cache, digest_of, digest_of_bytes
 from bgc.building.recall import machine_identity, processors
 from bgc.building.toolchain import (
+    GCC_ONCE,
     GCC_PASSES,
     LIGHT_FLAGS,
     LOOP_FLAGS,
@@ -242,7 +243,7 @@ def unit_flags(unit: Unit, toolchain: Toolchain) -> tuple[str, ...]:
 
 
 def _without_passes(flags: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(flag for flag in flags if flag not in GCC_PASSES)
+    return tuple(flag for flag in flags if flag not in {*GCC_PASSES, *GCC_ONCE})
 
 
 def _compile_all(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
-from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
+from bgc.building.toolchain import COMMON_FLAGS, GCC_ALIASES, GCC_ONCE, GCC_PASSES
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import Field, model_tables
 from bgc.emission.explicit_cost import explicit_cost
@@ -30,6 +30,7 @@ from bgc.ir.program import Program
 MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
+_PREPARED = 2_000  # nodes of parameters alone above which a split model has a unit for them
 _LISTED = 200  # most names in each list of the comment at the top of the file
 
 _HOW_TO_USE = """\
@@ -79,6 +80,9 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     program = lowered.program
     separate = split and is_large(program)
     shared = {"jacobian", "factor", "solve"} if separate else set[str]()
+    prepare = lowered.kernels[0]
+    if separate and len(program.dag.reachable(s.node for s in prepare.stores)) > _PREPARED:
+        shared.add(prepare.name)
     texts = _print_kernels(lowered, shared)
     matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
@@ -118,14 +122,22 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     )
     main = [text for name, text in texts.items() if name not in shared]
     if separate:
-        jacobian = [texts["jacobian"]]
         units = [
             frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
-            frame.unit("model_jacobian", ["The Jacobian."], jacobian),
+            *(
+                frame.unit(
+                    f"model_{kernel.name}",
+                    [kernel.purpose],
+                    [texts[kernel.name]],
+                    passes=GCC_ONCE if kernel is prepare else (),
+                )
+                for kernel in lowered.kernels
+                if kernel.name in shared
+            ),
         ]
         if matrix.text:
             about = ["The iteration matrix."]
-            units.append(frame.unit("model_matrix", about, [], matrix.text))
+            units.append(frame.unit("model_matrix", about, [], matrix.text, passes=GCC_ALIASES))
         if ranges:
             units.append(
                 frame.unit("model_ranges", ["Ranges of what depends on time alone."], ranges)
@@ -169,8 +181,9 @@ class _Frame:
         matrix: str = "",
         tables: Sequence[str] = (),
         fields: Sequence[Field] = (),
+        passes: Sequence[str] = (),
     ) -> Unit:
-        """One C file."""
+        """One C file; `passes` are flags of gcc beside those of all files."""
         needed = {helper for text in kernels for helper in text.helpers}
         functions = [
             *(definition for name, definition in HELPERS.items() if name in needed),
@@ -179,7 +192,7 @@ class _Frame:
             *([matrix] if matrix else []),
         ]
         text = print_unit(self.title, about, functions, tables, fields)
-        return Unit(name, text, MODEL_FLAGS, parts=self.parts)
+        return Unit(name, text, (*MODEL_FLAGS, *passes), parts=self.parts)
 
 
 def _needed_parts(lowered: Lowered) -> frozenset[str]:
@@ -224,7 +237,7 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     program = lowered.program
     hoisted = _hoisted(lowered)
     prepare, *running = lowered.kernels
-    texts = {prepare.name: print_prepare(program.dag, prepare, hoisted)}
+    texts = {prepare.name: print_prepare(program.dag, prepare, hoisted, prepare.name in shared)}
     for kernel in running:
         texts[kernel.name] = print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
     texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))

@@ -29,11 +29,13 @@ def _entries_of(dag: Dag, listed: Node) -> list[Node]:
     return [dag.call(Op.INVERTED, listed, dag.const(place)) for place in places]
 
 
-def print_prepare(dag: Dag, kernel: Kernel, hoisted: dict[Node, int]) -> KernelText:
-    """Print the kernel `prepare`, whose stores of inverses become calls."""
+def print_prepare(
+    dag: Dag, kernel: Kernel, hoisted: dict[Node, int], shared: bool = False
+) -> KernelText:
+    """Print the kernel `prepare`, whose stores of inverses become calls; `shared` between units."""
     inverses = {node: f"h[{k}]" for node, k in hoisted.items() if dag.op[node] == Op.INVERTED}
     if not inverses:
-        return print_kernel(dag, kernel, {})
+        return print_kernel(dag, kernel, {}, shared)
     parts, calls, work = list[KernelText](), list[str](), 0
     products = 0
     for listed in dict.fromkeys(dag.a[node] for node in inverses):
@@ -56,7 +58,8 @@ def print_prepare(dag: Dag, kernel: Kernel, hoisted: dict[Node, int]) -> KernelT
         parts.append(print_kernel(dag, rest, {}, known=inverses))
         calls.append("model_prepared(p, h, w);")
     body = "".join(f"    {call}\n" for call in calls)
-    head = f"static void model_{kernel.name}(const double *p, double *h, double *w)"
+    name = f"void bgc_model_{kernel.name}" if shared else f"static void model_{kernel.name}"
+    head = f"{name}(const double *p, double *h, double *w)"
     whole = f"/* {kernel.purpose} */\n{head}\n{{\n{body}}}\n"
     return KernelText(
         text="\n".join([*(part.text for part in parts), whole]),
