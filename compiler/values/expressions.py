@@ -339,8 +339,10 @@ class _Evaluator:
         if not expr.elements:
             raise failure(empty_vector(expr.span))
         elements = [self.operand(element, depth + 1) for element in expr.elements]
-        mixed = any(not element.shape for element in elements)  # then one component is a scalar
-        shapes = [() if mixed and len(e.value.nodes) == 1 else e.shape for e in elements]
+        # One component is a scalar beside scalars; else it is a row: the flow of a bond of width 1
+        # is a vector, and in brackets no matrix.
+        one = () if any(not element.shape for element in elements) else (1,)
+        shapes = [one if len(e.value.nodes) == 1 else e.shape for e in elements]
         shape = shapes[0]
         for element, found_shape in zip(elements, shapes, strict=True):
             if found_shape != shape or len(shape) > 1:

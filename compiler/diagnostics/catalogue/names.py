@@ -75,6 +75,12 @@ def inheritance_cycle(span: Span, names: Sequence[str]) -> Values:
 )
 def contains_itself(span: Span, name: str, path: str, depth: int) -> None: ...
 @error(
+    "BG269: models are nested more than {most} levels deep",
+    "write the parts of some models in those that hold them",
+    note="in `{path}..`",
+)
+def nested_too_deeply(span: Span, most: int, path: str) -> None: ...
+@error(
     "BG206: `{name}` takes {expected}, not {given}",
     "give as many dimensions in brackets as its declaration has",
 )

@@ -46,7 +46,7 @@ def probe(world: World, element: Element) -> Probe:
             found.sizes["all"] = shape[0]
     if element.law:
         _LawProbe(world, element, found).run()
-    if two_port and not found.sizes:
+    if two_port and not found.sizes and len(element.dims) != 2:
         found.same = True
     return found
 

@@ -52,7 +52,7 @@ class Builder:
         self._parts = 0
         self._turns = 0
         self._is_too_large = False
-        self._endless: set[int] = set()  # models that are reported to contain themselves
+        self._endless: set[int] = set()  # models that are reported as too deep
 
     # --- models ---------------------------------------------------------------------
 
@@ -77,6 +77,11 @@ class Builder:
         if depth > MAX_DEPTH:
             self._endless.add(id(declared.syntax))
             shown = ".".join(path.split(".")[:_LEVELS_SHOWN])
+            outer = parent
+            while outer is not None and outer.declared.syntax is not declared.syntax:
+                outer = outer.parent
+            if outer is None:
+                raise BgError([names.nested_too_deeply(span, MAX_DEPTH, shown)])
             raise BgError([names.contains_itself(span, declared.syntax.name, shown, depth)])
         instance = Instance(path, declared, parent, depth, span)
         if home is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from bgc.diagnostics.catalogue import graph
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.bond_values import BondValues
@@ -66,6 +67,10 @@ def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
     given = arguments_of(element, element.row.initial_arguments)
     _require_no_law(element)
     found = laws.scalars.ports(element.faces["all"])
+    for k, ports in enumerate(found, 1):
+        if not ports:
+            name = f"{element.path}[{k}]"
+            raise BgError([graph.not_bonded(element.span, name, "the component")])
     starts = {initial.port: initial for initial in read_initials(laws, element, given)}
     return [
         Junction(
