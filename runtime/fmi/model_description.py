@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -62,19 +63,27 @@ class Description:
 
 def number_attributes(variable: Variable) -> Attributes:
     """The attributes of a real variable: unit, range, nominal value, and whether events set it."""
-    found: Attributes = []
-    if unit := unit_name(variable.unit):
-        found.append(("unit", unit))
-        if variable.shown is not None and variable.shown.unit != unit:
-            found.append(("displayUnit", variable.shown.unit))
-    for key, value in (("min", variable.low), ("max", variable.high)):
-        if value is not None and value not in (float("inf"), float("-inf")):
-            found.append((key, repr(value)))
-    if variable.nominal is not None:
-        found.append(("nominal", repr(variable.nominal)))
-    if variable.reinit:
-        found.append(("reinit", "true"))
-    return found
+    unit = unit_name(variable.unit)
+    shown = variable.shown.unit if unit and variable.shown is not None else unit
+    found = {
+        "unit": unit,
+        "displayUnit": shown if shown != unit else "",
+        "min": _number(variable.low),
+        "max": _number(variable.high),
+        "nominal": _number(variable.nominal),
+        "reinit": "true" if variable.reinit else "",
+    }
+    return [(key, text) for key, text in found.items() if text]
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None or math.isinf(value) else repr(value)
+
+
+def word_attributes(variable: Variable) -> Attributes:
+    """The attributes of a variable that are words of the standard, and its description."""
+    found = ("causality", "variability", "initial", "description")
+    return [(key, text) for key in found if (text := getattr(variable, key))]
 
 
 def fmi2_description(description: Description, table: Table, structure: Structure) -> str:
@@ -94,11 +103,6 @@ def fmi2_description(description: Description, table: Table, structure: Structur
 
 
 def _scalar(variable: Variable, index: dict[int, int]) -> dict[str, Any]:
-    attributes = [("causality", variable.causality), ("variability", variable.variability)]
-    if variable.initial:
-        attributes.append(("initial", variable.initial))
-    if variable.description:
-        attributes.append(("description", variable.description))
     real = number_attributes(variable)
     if variable.start is not None:
         real.append(("start", repr(variable.start)))
@@ -107,7 +111,7 @@ def _scalar(variable: Variable, index: dict[int, int]) -> dict[str, Any]:
     return {
         "name": variable.name,
         "reference": variable.reference,
-        "attributes": attributes,
+        "attributes": word_attributes(variable),
         "real": real,
     }
 
@@ -149,11 +153,7 @@ def fmi3_description(description: Description, table: Table, structure: Structur
 
 def _array(array: Array) -> dict[str, Any]:
     first = array.variable
-    attributes = [("causality", first.causality), ("variability", first.variability)]
-    if first.initial:
-        attributes.append(("initial", first.initial))
-    if first.description:
-        attributes.append(("description", first.description))
+    attributes = word_attributes(first)
     nominals = [c.nominal for c in array.components if c.nominal is not None]
     widest = replace(first, nominal=max(nominals)) if nominals else first
     attributes += number_attributes(widest)

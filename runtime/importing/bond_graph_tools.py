@@ -242,11 +242,8 @@ class _Model:
         observed = []
         for component in self.components.values():
             parts.append(self._part(component, inputs))
-            match component.kind:
-                case "base/0":
-                    observed.append(f"{component.name}.e")
-                case "base/1":
-                    observed.append(f"{component.name}.f")
+            if component.kind in ("base/0", "base/1"):
+                observed.append(f"{component.name}.{'ef'[int(component.kind[-1])]}")
         if not observed:
             observed = [f"{c.name}.power" for c in self.components.values()]
         observed = observed[:12]
@@ -276,16 +273,10 @@ class _Model:
         given = next(iter(values.values()), None)
         inward, sign = component.ends.get(0, (True, 1))
         match component.kind:
-            case "base/0":
-                return f"{name} : J0;"
-            case "base/1":
-                return f"{name} : J1;"
-            case "base/R":
-                return f"{name} : R({number(given or 0)});"
-            case "base/C":
-                return f"{name} : C({number(given or 0)});"
-            case "base/I":
-                return f"{name} : I({number(given or 0)});"
+            case "base/0" | "base/1":
+                return f"{name} : J{component.kind[-1]};"
+            case "base/R" | "base/C" | "base/I":
+                return f"{name} : {component.kind[-1]}({number(given or 0)});"
             case "base/Se" | "base/Sf":
                 letter = component.kind[-1]
                 value = "" if given is None else number(given)

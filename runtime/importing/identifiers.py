@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Container
 
 from bgc.grammar.language_words import RESERVED
 from bgc.grammar.latin import latin
@@ -35,7 +36,7 @@ class Names:
             name = f"{other}_{name}"
         if name in RESERVED:
             name = f"{name}_{other}"
-        return _free(name[:60], self._values)
+        return _added(name[:60], self._values)
 
     def type(self, text: str) -> str:
         """Return a new name of a model."""
@@ -43,14 +44,19 @@ class Names:
         name = "".join(word[:1].upper() + word[1:] for word in words) or "Robot"
         if not name[0].isalpha():
             name = f"Robot{name}"
-        return _free(name[:60], self._types)
+        return _added(name[:60], self._types)
 
 
-def _free(name: str, taken: set[str]) -> str:
+def _added(name: str, taken: set[str]) -> str:
+    found = free_name(name, taken)
+    taken.add(found)
+    return found
+
+
+def free_name(name: str, taken: Container[str]) -> str:
     """Return the name, or the name with the first number behind it that makes it new."""
     found, number = name, 2
     while found in taken:
         found = f"{name}_{number}"
         number += 1
-    taken.add(found)
     return found

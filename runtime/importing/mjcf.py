@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from bgc.diagnostics.catalogue.imported import left_out, not_importable, wrong_value
-from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.language.shape_table import MESH_FILES
+from bgc.runtime.importing.identifiers import free_name
 from bgc.runtime.importing.inertia import body_of
 from bgc.runtime.importing.link_tree import in_depth_first_order
 from bgc.runtime.importing.notes import Notes
@@ -38,6 +38,7 @@ from bgc.runtime.importing.robot import (
 )
 from bgc.runtime.importing.rotation_text import Vector, by_quaternion
 from bgc.runtime.importing.xml_elements import Element, read_elements
+from bgc.runtime.results.columns import optional_package
 
 _EARTH = (0.0, 0.0, -9.81)
 _NAMES = frozenset(("name", "class", "childclass", "model", "file"))
@@ -66,10 +67,7 @@ def read_mjcf(source: Source, notes: Notes) -> Robot:
         help = "a URDF has the ending .urdf; other formats are not read"
         raise BgError([not_importable(what, root.span, help)])
     _check_finite(root)
-    try:
-        import mujoco  # optional, and heavy
-    except ImportError:
-        raise BgError([package_missing("mujoco", "MJCF", "mujoco")]) from None
+    mujoco = optional_package("mujoco", "MJCF")
     try:
         with _messages(mujoco) as messages:
             spec = mujoco.MjSpec.from_file(source.name)
@@ -389,10 +387,10 @@ class _Mjcf:
     # --- names and places ----------------------------------------------------------
 
     def _unique(self, name: str) -> str:
-        return _free(name, {*self.links, *self.bodies})
+        return free_name(name, {*self.links, *self.bodies})
 
     def _unique_joint(self, name: str) -> str:
-        return _free(name, self.joints)
+        return free_name(name, self.joints)
 
     def _places(self) -> dict[tuple[str, str], Span]:
         """Places of the elements with names, in the main file."""
@@ -407,14 +405,6 @@ class _Mjcf:
     def _equality_span(self, k: int) -> Span | None:
         elements = [e for group in self.root.all("equality") for e in group.children]
         return elements[k].span if k < len(elements) else self.root.span
-
-
-def _free(name: str, taken: Any) -> str:
-    found, number = name, 2
-    while found in taken:
-        found = f"{name}_{number}"
-        number += 1
-    return found
 
 
 def _vector(values: Any) -> Vector:

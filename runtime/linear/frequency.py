@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TextIO
 
 import numpy as np
@@ -17,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.landmarks import Landmark, landmarks
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import WrittenAsCsv, append_rows
 from bgc.values.units import quotient_unit
 
 _POINTS_A_DECADE = 60
@@ -32,7 +30,7 @@ HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Response:
+class Response(WrittenAsCsv):
     """`value[k] = G(i omega[k])`, omega in rad/s; `unit` is that of output per input.
 
     All values are finite: the frequency of an undamped mode is left out. The frequencies of
@@ -69,14 +67,7 @@ class Response:
 
     def write_csv(self, file: TextIO) -> None:
         """Write a line for each frequency, in full precision."""
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(HEADER)
-        writer.writerows(map(repr, row) for row in self.rows().tolist())
-
-    def to_csv(self, path: Path) -> None:
-        """Write as `write_csv` does, to a file."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
+        append_rows(file, HEADER, self.rows().tolist())
 
 
 def frequency_response(

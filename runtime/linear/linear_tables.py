@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from bgc.printing.text_tables import Table, elided
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_rows, written_whole
 
 _COLUMNS, _ROWS, _MODES = 8, 16, 48  # of a matrix and of the modes, shown without --full
 _SHARE = 0.15  # of a mode: a state with a smaller participation is not named
@@ -56,14 +55,14 @@ def mode_table(modes: Sequence[Mode], full: bool) -> Table:
 def write_modes(modes: Sequence[Mode], path: Path) -> None:
     """Write a line for each mode, in full precision, with the participation of each state."""
     states = sorted({name for mode in modes for name, _ in mode.shares})
-    with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("real", "imag", "period", "natural_period", "damping", *states))
-        for mode in modes:
-            shares = dict(mode.shares)
-            value, parts = mode.eigenvalue, (shares.get(name, 0.0) for name in states)
-            figures = (value.real, value.imag, mode.period, mode.natural_period, mode.damping)
-            writer.writerow(map(repr, (*figures, *parts)))
+    header = ("real", "imag", "period", "natural_period", "damping", *states)
+    write_rows(path, header, (_mode_figures(mode, states) for mode in modes))
+
+
+def _mode_figures(mode: Mode, states: Sequence[str]) -> tuple[float, ...]:
+    value, shares = mode.eigenvalue, dict(mode.shares)
+    parts = (shares.get(name, 0.0) for name in states)
+    return (value.real, value.imag, mode.period, mode.natural_period, mode.damping, *parts)
 
 
 def _mode_row(mode: Mode, zero: float) -> tuple[str, ...]:
@@ -129,11 +128,8 @@ def write_csv(linear: Linearisation, path: Path) -> None:
         blocks[1] = np.hstack((np.zeros_like(linear.C), blocks[1]))
         names = [*(f"{name}'" for name in linear.states), *names]
     labels = [*(f"{name}'" for name in linear.states), *linear.outputs]
-    with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("", *names))
-        for label, row in zip(labels, np.vstack(blocks).tolist(), strict=True):
-            writer.writerow((label, *map(repr, row)))
+    rows = zip(labels, np.vstack(blocks).tolist(), strict=True)
+    write_rows(path, ("", *names), ((label, *row) for label, row in rows))
 
 
 def write_npz(linear: Linearisation, path: Path) -> None:

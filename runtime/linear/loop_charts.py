@@ -12,13 +12,12 @@ from matplotlib.ticker import MultipleLocator
 from bgc.runtime.linear.frequency import Response
 from bgc.runtime.linear.landmarks import Landmark
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.runtime.results.plot import COLOURS, Target, picture
+from bgc.runtime.results.plot import COLOURS, GUIDE, Target, picture
 
 _FIGURE_INCHES = 6.4  # inches
 _WIDEST = 8.0  # half the width of a Nyquist chart whose curve is unbounded
 _CIRCLES = (-20.0, -12.0, -6.0, -3.0, 0.0, 1.0, 3.0, 6.0, 12.0)  # dB of the closed loop
 _LOWEST, _HIGHEST = -60.0, 40.0  # dB that a Nichols chart shows at most
-_GUIDE = "#999999"
 
 
 def plot_nyquist(response: Response, path: Target = None) -> Figure:
@@ -31,7 +30,7 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
     with picture(path, _FIGURE_INCHES, _FIGURE_INCHES) as figure:
         axes = figure.subplots()
         angle = np.linspace(0, 2 * math.pi, 361)
-        axes.plot(np.cos(angle), np.sin(angle), color=_GUIDE, linewidth=0.8, linestyle=":")
+        axes.plot(np.cos(angle), np.sin(angle), color=GUIDE, linewidth=0.8, linestyle=":")
         axes.plot(value.real, value.imag, color=COLOURS[0], label="frequency above 0")
         axes.plot(
             value.real, -value.imag, color=COLOURS[0], linestyle="--", linewidth=0.9,
@@ -153,6 +152,6 @@ def _draw_closed_magnitudes(axes: Any, low: float, high: float, bottom: float, t
     with np.errstate(divide="ignore", invalid="ignore"):
         closed = 20 * np.log10(np.abs(loop / (1 + loop)))
     lines = axes.contour(
-        phase, magnitude, closed, levels=_CIRCLES, colors=_GUIDE, linewidths=0.6, linestyles=":"
+        phase, magnitude, closed, levels=_CIRCLES, colors=GUIDE, linewidths=0.6, linestyles=":"
     )
     axes.clabel(lines, fmt=lambda level: f"{level:g} dB", fontsize=7)

@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 from bgc.runtime.linear.root_loci import Locus
 from bgc.runtime.linear.zeros import Factors
 from bgc.runtime.results.arrays import Complex
-from bgc.runtime.results.plot import COLOURS, Target, picture
+from bgc.runtime.results.plot import COLOURS, GUIDE, Target, picture
 
 _WIDTH, _HEIGHT = 7.0, 5.8  # inches
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)  # damping ratios of the rays
-_GUIDE = "#999999"
 _LABEL = 0.07  # of half an axis: rays closer than this have no label of their own
 _ROOM = 1.25  # of the poles and zeros around which a chart is drawn
 _ROOM_OF_BRANCHES = 2.0  # the same of a root locus, whose branches leave the poles
@@ -106,8 +105,8 @@ def _frame(axes: Any, points: Complex, room: float) -> None:
     else:
         left, right, up = left * room, right * room, up * room
         _draw_rays(axes, left, up)
-    axes.axhline(0, color=_GUIDE, linewidth=0.8)
-    axes.axvline(0, color=_GUIDE, linewidth=0.8)
+    axes.axhline(0, color=GUIDE, linewidth=0.8)
+    axes.axvline(0, color=GUIDE, linewidth=0.8)
     axes.set_xlim(left, right)
     axes.set_ylim(-up, up)
     axes.set_xlabel("real part [1/s]")
@@ -122,12 +121,12 @@ def _draw_rays(axes: Any, left: float, up: float) -> None:
         length = min(-left / ratio, up / across)
         for side in (1, -1):
             x, y = -length * ratio, side * length * across
-            axes.plot([0, x], [0, y], color=_GUIDE, linewidth=0.5, linestyle=":")
+            axes.plot([0, x], [0, y], color=GUIDE, linewidth=0.5, linestyle=":")
         end = (-length * ratio, length * across)
         if max(abs(end[0] - last[0]) / -left, abs(end[1] - last[1]) / up) < _LABEL:
             continue
         last = end
         axes.annotate(
             f"{ratio:g}", end, textcoords="offset points",
-            xytext=(3, -3), fontsize=7, color=_GUIDE, va="top",
+            xytext=(3, -3), fontsize=7, color=GUIDE, va="top",
         )  # fmt: skip

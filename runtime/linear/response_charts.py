@@ -11,7 +11,7 @@ from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
 from bgc.runtime.linear.time_response import TimeResponse
-from bgc.runtime.results.plot import COLOURS, Target, picture
+from bgc.runtime.results.plot import COLOURS, GUIDE, Target, picture
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
 _PHASE_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
@@ -55,9 +55,6 @@ def _phase_step(responses: Sequence[Response]) -> float:
     return next((s for s in _PHASE_STEPS if span / s <= _MOST_TICKS), 360.0 * (1 + span // 2880))
 
 
-_GUIDE = "#999999"
-
-
 def plot_time_response(response: TimeResponse, title: str, path: Target = None) -> Figure:
     """Draw each output of `response` in a panel of its own, with its steady value as a dotted line.
 
@@ -71,7 +68,7 @@ def plot_time_response(response: TimeResponse, title: str, path: Target = None) 
             steady = float(response.steady[k])
             if math.isfinite(steady):
                 axes.axhline(
-                    steady, color=_GUIDE, linestyle=":", linewidth=0.9,
+                    steady, color=GUIDE, linestyle=":", linewidth=0.9,
                     label=f"steady value {steady:.4g}",
                 )  # fmt: skip
                 axes.legend(fontsize="small")

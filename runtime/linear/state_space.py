@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import singular_mass
-from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array, Complex
+from bgc.runtime.results.columns import optional_package
 from bgc.values.shown_units import Shown
 
 _ROUNDING = 1e-14
@@ -147,10 +147,7 @@ class Linearisation:
             A = np.asarray(np.linalg.solve(self.E, A), dtype=np.float64)
             B = np.asarray(np.linalg.solve(self.E, B), dtype=np.float64)
         if package == "control":
-            try:
-                import control  # optional, and slow to load
-            except ImportError as problem:
-                raise BgError([package_missing("control", "`to_ss`", "control")]) from problem
+            control = optional_package("control", "`to_ss`")
             names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
             undotted = {kind: _without_dots(some) for kind, some in names.items()}
             return control.ss(A, B, self.C, self.D, **undotted)
@@ -228,13 +225,19 @@ def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:
         none = np.empty((len(matrix), 0))
         A, _, _, _, E, _ = without_algebraic(matrix, none, none.T, np.empty((0, 0)), mass)
         found = np.linalg.eigvals(A) if np.array_equal(E, np.eye(len(E))) else _finite(A, E)
-    order = np.lexsort((found.imag, found.real))
-    return np.asarray(found, dtype=np.complex128)[order]
+    return by_real_part(found)
+
+
+def by_real_part(values: NDArray[Any]) -> Complex:
+    """Sort by rising real part, then rising imaginary part."""
+    order = np.lexsort((values.imag, values.real))
+    return np.asarray(values, dtype=np.complex128)[order]
 
 
 def modes_of(eigenvalues: Complex) -> tuple[Mode, ...]:
     """Make modes of eigenvalues, by rising frequency, one of each conjugate pair."""
-    return _by_frequency([_mode(value) for value in eigenvalues.tolist() if value.imag >= 0])
+    modes = (_mode(value) for value in eigenvalues.tolist() if value.imag >= 0)
+    return tuple(sorted(modes, key=_frequency))
 
 
 def modes_with_vectors(
@@ -259,7 +262,7 @@ def modes_with_vectors(
         order = np.argsort(-part, kind="stable")
         shares = tuple((states[i], float(part[i])) for i in order)
         found.append((_mode(complex(values[k]), shares), right[:, k].astype(np.complex128)))
-    found.sort(key=lambda pair: (pair[0].frequency, abs(pair[0].eigenvalue)))
+    found.sort(key=lambda pair: _frequency(pair[0]))
     vectors = [vector for _, vector in found]
     stacked = np.stack(vectors, axis=1) if vectors else np.empty((len(matrix), 0), np.complex128)
     return tuple(mode for mode, _ in found), stacked
@@ -321,8 +324,9 @@ def _mode(value: complex, shares: tuple[tuple[str, float], ...] = ()) -> Mode:
     return Mode(value, period, damping, shares)
 
 
-def _by_frequency(modes: Sequence[Mode]) -> tuple[Mode, ...]:
-    return tuple(sorted(modes, key=lambda mode: (mode.frequency, abs(mode.eigenvalue))))
+def _frequency(mode: Mode) -> tuple[float, float]:
+    """The order of modes: by frequency, those that do not oscillate by their size."""
+    return mode.frequency, abs(mode.eigenvalue)
 
 
 def _without_dots(names: Sequence[str]) -> list[str]:

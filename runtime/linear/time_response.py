@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TextIO
 
 import numpy as np
@@ -16,7 +14,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import WrittenAsCsv, append_rows
 from bgc.values.units import quotient_unit
 
 _ROWS = 2000
@@ -44,7 +42,7 @@ class StepFacts:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class TimeResponse:
+class TimeResponse(WrittenAsCsv):
     """The outputs after a unit step or a unit impulse of one input, (k, p), SI units.
 
     Attributes
@@ -115,15 +113,8 @@ class TimeResponse:
 
     def write_csv(self, file: TextIO) -> None:
         """Write a line for each time, in full precision."""
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("time", *self.outputs))
         rows = np.column_stack((self.time, self.value)).tolist()
-        writer.writerows(map(repr, row) for row in rows)
-
-    def to_csv(self, path: Path) -> None:
-        """Write as `write_csv` does, to a file."""
-        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            self.write_csv(file)
+        append_rows(file, ("time", *self.outputs), rows)
 
 
 def step_response(linear: Linearisation, duration: float | None = None) -> TimeResponse:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bgc.runtime.linear.fast_modes import balancing
-from bgc.runtime.linear.state_space import Linearisation, pencil_eigenvalues
+from bgc.runtime.linear.state_space import Linearisation, by_real_part, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 
 _RANKS = (1e-10, 1e-8, 1e-12, 1e-14)  # of the norm of A: smaller singular values count as zero
@@ -92,14 +90,14 @@ def transmission_zeros(linear: Linearisation, rank: float = _RANKS[0]) -> Comple
     A, B, C, D = At.T, Bt.T, Ct.T, Dt.T
     n = len(A)
     if not (n and D.size):
-        return _sorted(np.linalg.eigvals(A))
+        return by_real_part(np.linalg.eigvals(A))
     # With [C D] compressed to its last columns, the first n make a pencil without infinite zeros.
     _, _, rows = np.linalg.svd(np.hstack((C, D)))
     turn = np.roll(rows, -len(D), axis=0).T[:, :n]
     # Slow to load; NumPy has no generalised eigenvalues.
     from scipy.linalg import eigvals
 
-    return _sorted(eigvals(np.hstack((A, B)) @ turn, turn[:n]))
+    return by_real_part(eigvals(np.hstack((A, B)) @ turn, turn[:n]))
 
 
 def _descriptor_zeros(linear: Linearisation) -> Complex:
@@ -151,9 +149,3 @@ def _with_full_row_rank(
         A, B = A[:free, :free], B[:free]
         if not free:
             return A, B, C, D
-
-
-def _sorted(values: NDArray[Any]) -> Complex:
-    found = np.asarray(values, dtype=np.complex128)
-    order = np.lexsort((found.imag, found.real))
-    return found[order]

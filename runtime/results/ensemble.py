@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,6 +15,7 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, optional_package
+from bgc.runtime.results.files import append_rows
 from bgc.runtime.results.result import Result, not_finite
 from bgc.runtime.results.runs import Interrupted, Runs, placed
 
@@ -151,7 +151,7 @@ class Ensemble(NamedColumns, Runs):
         """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`."""
         given = [self.parameters[name].tolist() for name in self.parameters]
         header = ("instance", *self.parameters, "time", *self.names)
-        csv.writer(file, lineterminator="\n").writerow(header)
+        append_rows(file, header, ())
         for k in self._written():
             rows = self.values[k]
             start = ",".join((str(k), *(repr(values[k]) for values in given)))

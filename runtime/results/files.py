@@ -50,17 +50,22 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         raise BgError([cannot_write(str(path), problem.strerror or str(problem))]) from problem
 
 
-def write_rows(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def write_rows(path: str | Path, header: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
     """Write a CSV file whole or not at all, numbers in full precision; None is an empty cell."""
     with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+        append_rows(file, header, rows)
+
+
+def append_rows(file: TextIO, header: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write the header and the rows of a table, as `write_rows` does, to an open file."""
+    csv.writer(file, lineterminator="\n").writerows((header, *rows))
 
 
 @public_class
 class WrittenAsCsv:
     """A base of results that are written as CSV, to a file or to an open stream."""
+
+    __slots__ = ()
 
     @abstractmethod
     def write_csv(self, file: TextIO) -> None:

@@ -35,6 +35,7 @@ _UNLIKE_RANGES = 10.0
 _SMALL, _LARGE = 1e-3, 1e5  # numbers of an axis that are written in full
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+GUIDE = "#999999"  # of lines that are no data
 STYLE: dict[Any, Any] = {
     "text.usetex": False,  # a `matplotlibrc` beside a stranger's model could start LaTeX
     "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise

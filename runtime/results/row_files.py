@@ -6,7 +6,6 @@ becomes full or the process is killed.
 
 from __future__ import annotations
 
-import csv
 import io
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -17,6 +16,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.files import append_rows
 
 MOST_ROWS = 1 << 16
 """Rows of a block at most, and of a chunk of a Zarr group."""
@@ -68,7 +68,7 @@ class RowFile(ABC):
 def header_line(names: Sequence[str]) -> str:
     """The first line of a CSV file; names with commas or quotes are quoted."""
     line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(("time", *names))
+    append_rows(line, ("time", *names), ())
     return line.getvalue()
 
 

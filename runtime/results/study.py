@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.public import public_class
 from bgc.printing.text_tables import Table, table_text
 from bgc.runtime.results.columns import optional_package
+from bgc.runtime.results.files import append_rows
 from bgc.runtime.results.runs import Interrupted, ObservedRuns
 from bgc.runtime.results.statistics import Sensitivity, Statistics, sensitivity, statistics
 
@@ -118,12 +118,12 @@ class Study(ObservedRuns):
 
     def write_csv(self, file: TextIO) -> None:
         """Write a line for each run: `instance,<parameter>,..,status,<observable>,..`, SI."""
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("instance", *self.parameters, "status", *self.names))
-        given = list(self.parameters.values())
-        for k in self._written():
-            start = (repr(float(column[k])) for column in given)
-            writer.writerow((k, *start, self.status[k], *map(repr, self.values[k].tolist())))
+        given = [column.tolist() for column in self.parameters.values()]
+        rows = (
+            (k, *(column[k] for column in given), self.status[k], *self.values[k].tolist())
+            for k in self._written()
+        )
+        append_rows(file, ("instance", *self.parameters, "status", *self.names), rows)
 
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: `values`, `names`, `status`, `instance` and `about`.

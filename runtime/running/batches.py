@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from threading import Lock
 from time import thread_time
 
@@ -36,8 +36,40 @@ _WATCH_SECONDS = 0.05
 _WIDEST = 8  # instances of a batch: doubles of the widest vector register
 
 
-@dataclass(slots=True)
-class Work:
+@dataclass(slots=True, kw_only=True)
+class Outcome:
+    """What runs have left, those of a whole ensemble or of a chunk of it from `first` on.
+
+    Sets and mappings have the numbers of the runs within the chunk.
+    """
+
+    first: int = 0
+    values: Array  # (instances, varied parameters)
+    rows: Array | None = None  # (instances, rows, outputs, accounts); None where they are reduced
+    reduced: Array  # (instances, observables)
+    failures: dict[int, Diagnostic] = field(default_factory=dict)
+    completed: set[int] = field(default_factory=set)
+    together: set[int] = field(default_factory=set)
+    warned: dict[int, tuple[Diagnostic, ...]] = field(default_factory=dict)  # as single runs are
+    seconds: float = 0.0  # processor time of all threads
+    stopping: bool = False
+
+    def add(self, part: Outcome) -> None:
+        """Put the results of a chunk where they belong."""
+        first, places = part.first, slice(part.first, part.first + len(part.values))
+        self.values[places] = part.values
+        if self.rows is not None and part.rows is not None:
+            self.rows[places] = part.rows
+        else:
+            self.reduced[places] = part.reduced
+        self.completed |= {first + k for k in part.completed}
+        self.together |= {first + k for k in part.together}
+        self.failures |= {first + k: why for k, why in part.failures.items()}
+        self.warned |= {first + k: some for k, some in part.warned.items()}
+
+
+@dataclass(slots=True, kw_only=True)
+class Work(Outcome):
     """Data shared by the threads. Each writes only the entries of its own instances.
 
     With a `reducer`, the rows of a batch live in the thread that runs it, and each instance leaves
@@ -51,23 +83,19 @@ class Work:
     cases: Cases
     varied: Sequence[str]
     times: Array
-    values: Array  # (instances, varied parameters)
-    rows: Array | None  # (instances, rows, outputs and accounts); None where they are reduced
     reducer: Reducer | None = None
-    reduced: Array = field(default_factory=lambda: np.empty((0, 0)))  # (instances, observables)
-    failures: dict[int, Diagnostic] = field(default_factory=dict)
-    completed: set[int] = field(default_factory=set)
-    together: set[int] = field(default_factory=set)
-    warned: dict[int, tuple[Diagnostic, ...]] = field(default_factory=dict)  # as single runs are
     subtolerance: set[int] = field(default_factory=set)  # in which a state fell and grew again
-    seconds: float = 0.0  # processor time of all threads
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
-    stopping: bool = False
 
     @property
     def results(self) -> Array:
         """What the runs leave, along their numbers: all rows, or the reduced ones."""
         return self.reduced if self.rows is None else self.rows
+
+    def outcome(self, first: int) -> Outcome:
+        """What the runs have left, as a chunk from `first` on: data alone."""
+        found = {each.name: getattr(self, each.name) for each in fields(Outcome)}
+        return Outcome(**{**found, "first": first})
 
     @property
     def width(self) -> int:

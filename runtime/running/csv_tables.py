@@ -79,10 +79,10 @@ def read_cases(path: str | Path, parameters: Parameters) -> dict[str, Array]:
 
     Raises BgError: BG788, and the errors of an unknown parameter or a wrong unit.
     """
-    found = {}
-    for (name, unit), column in read_columns(path).items():
-        found[name] = column * factor(unit, name, parameters[name].unit)
-    return found
+    return {
+        name: column * factor(unit, name, parameters[name].unit)
+        for (name, unit), column in read_columns(path).items()
+    }
 
 
 def factor(unit: str, name: str, si: str) -> float:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import ctypes
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from threading import Event, Thread
 from types import MappingProxyType
-from typing import TypeVar
 
 from bgc.building.build import driver_names
 from bgc.diagnostics.catalogue.arguments import device_not_opened, unknown_driver
@@ -26,6 +24,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.quantity import read_number
+from bgc.runtime.running.run import interruptible
 from bgc.runtime.running.structures import Status
 
 BY_PATH = "driver"
@@ -35,10 +34,7 @@ ALLOWED = "BGC_DRIVERS"
 
 _ABI = 2  # BGC_DEVICE_ABI of bgc_device.h
 _LINE_BREAK = "the scene's folder has a line break in its name, which ends an option"
-_WATCH_SECONDS = 0.05
 _CHOICE = re.compile(r"(?P<what>[^()]+?)\s*(?:\((?P<options>.*)\))?", re.DOTALL)
-
-_Outcome = TypeVar("_Outcome")
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +148,8 @@ def _find_driver(instance: Instance, name: str, choice: DeviceChoice) -> FoundDr
         return FoundDriver(name, str(choice.path), address, choice.options, library)
     address = instance.find_driver(choice.driver.encode()) or 0
     if not address:
-        raise BgError([unknown_driver(name, choice.driver, _drivers(instance))])
+        known = [each for each in driver_names() if instance.find_driver(each.encode()) is not None]
+        raise BgError([unknown_driver(name, choice.driver, known)])
     return FoundDriver(name, choice.driver, address, choice.options)
 
 
@@ -200,11 +197,6 @@ def open_devices(instance: Instance, folder: Path, choices: Choices = NO_CHOICES
         instance.close_devices()
 
 
-def _drivers(instance: Instance) -> list[str]:
-    """The drivers that a build holds."""
-    return [name for name in driver_names() if instance.find_driver(name.encode()) is not None]
-
-
 def _located(options: str, folder: Path) -> str | None:
     """Make the path of a device's file relative to the scene's folder.
 
@@ -216,24 +208,3 @@ def _located(options: str, folder: Path) -> str | None:
     if any("\n" in value for _, value in located):
         return None
     return "".join(f"{key}={value}\n" for key, value in located)
-
-
-def interruptible(work: Callable[[], _Outcome]) -> _Outcome:
-    """Do work of C in a thread, so that signals are handled meanwhile; they abandon it.
-
-    A file system that does not answer stops the thread, which keeps what it works on alive.
-    """
-    outcome: list[_Outcome] = []
-    finished = Event()
-
-    def run() -> None:
-        try:
-            outcome.append(work())
-        finally:
-            finished.set()
-
-    Thread(target=run, daemon=True).start()
-    while not finished.wait(_WATCH_SECONDS):
-        pass
-    (found,) = outcome
-    return found

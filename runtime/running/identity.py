@@ -26,14 +26,9 @@ def scene_identity(
         model.facts.content,
         repr(sorted(values.items())),
         repr((model.facts.solver.settle, model.facts.rest)),
-        *_device_files(model),
+        *(file_digest(path) for _, path in device_files(model)),
         bgc_version(),
     )
-
-
-def _device_files(model: LoadedModel) -> list[str]:
-    """Hash the files that the devices read."""
-    return [file_digest(path) for _, path in device_files(model)]
 
 
 def device_files(model: LoadedModel) -> list[tuple[str, Path]]:

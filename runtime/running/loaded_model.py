@@ -101,6 +101,8 @@ class LoadedModel:
         The scene file's folder, to which the paths of device files are relative.
     origin
         The compiled file and its options; None for a model without a source.
+    places
+        The places in the source that a run may report.
     warm
         Whether the model was loaded from the cache, with nothing compiled.
     """
@@ -114,7 +116,7 @@ class LoadedModel:
         self.folder = folder
         self.origin = origin
         self.library = Library(built.library)
-        self._places = built.places
+        self.places: Places = built.places
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
@@ -149,11 +151,6 @@ class LoadedModel:
         if self.origin is None:
             raise ValueError(f"a model without its source has no {what}")
         return self.origin
-
-    @property
-    def places(self) -> Places:
-        """The places in the source that a run may report."""
-        return self._places
 
     @property
     def solvers(self) -> tuple[str, ...]:
@@ -194,8 +191,8 @@ class LoadedModel:
         require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder, devices):
             status, at_rest = start(instance, method, self.facts)
-            require(instance, status, self._places)
-            require_ports(instance, self.facts, self._places)
+            require(instance, status, self.places)
+            require_ports(instance, self.facts, self.places)
             if at_rest is not None and noted is not None:
                 noted(at_rest)
             yield instance
@@ -209,14 +206,14 @@ class LoadedModel:
         """Make an instance at a time and a state, (n,) SI; by default the initial state."""
         instance = self.parameters.instance(parameters or {})
         checked = state is None and self.facts.rest is None
-        require(instance, instance.reset(time, checked=checked), self._places)
+        require(instance, instance.reset(time, checked=checked), self.places)
         if state is not None:
             if np.shape(state) != instance.state.shape:
                 raise BgError([wrong_state(np.shape(state), len(self.states))])
             instance.state[:] = state
         elif self.facts.rest is not None:
             status, _ = go_to_rest(instance, self.facts.rest)
-            require(instance, status, self._places)
+            require(instance, status, self.places)
         return instance
 
     def change_parameters(
@@ -241,7 +238,7 @@ class LoadedModel:
 
     def explain(self, instance: Instance, status: Status) -> Diagnostic:
         """Explain the failure of one of this model's instances."""
-        return explain(instance, status, self._places)
+        return explain(instance, status, self.places)
 
 
 def _variable(info: VarInfo, shown: Mapping[str, Shown]) -> Variable:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from shutil import disk_usage
 from time import monotonic
@@ -74,10 +75,11 @@ def simulate_to(
     BG590 where that happens during the run. An OSError of a stream passes.
     """
     columns = model.row_width
-    given = RowRequest(duration, every)
-    times = given.times(model, method, _room(target))
+    times = lazy_times_of(model, method, duration, every, _room(target))
     if len(times) * (columns + 1) <= MOST_VALUES or not _can_grow(target):
-        return _write_after(target, model, method, given, parameters, progress, notices, devices)
+        in_memory = times_of(model, method, duration, every)
+        run = partial(simulate, model, method, in_memory, parameters, progress, notices, devices)
+        return _write_after(target, run)
     capped = with_capped_step(method, times, model.facts.timed)
     kept = KeptRows(len(times), columns)
     at_rest: list[AtRest] = []
@@ -112,18 +114,6 @@ def simulate_to(
     except OSError as problem:
         raise _refused(target, problem, times, result) from problem
     return result
-
-
-@dataclass(frozen=True, slots=True)
-class RowRequest:
-    """The duration and the interval of rows that a caller asks for, s; None for the scene's."""
-
-    duration: float | None
-    every: float | None
-
-    def times(self, model: LoadedModel, method: Solver, room: float) -> RowTimes:
-        """The times of the rows; BG068 where their numbers would take more than `room`, bytes."""
-        return lazy_times_of(model, method, self.duration, self.every, room)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,20 +173,10 @@ def write_result(result: Result, target: Path | TextIO) -> None:
         result.to_csv(target)
 
 
-def _write_after(
-    target: Path | TextIO,
-    model: LoadedModel,
-    method: Solver,
-    given: RowRequest,
-    parameters: Mapping[str, ParameterValue],
-    progress: bool,
-    notices: Sequence[Diagnostic],
-    devices: Choices,
-) -> Result:
+def _write_after(target: Path | TextIO, run: Callable[[], Result]) -> Result:
     """Run in memory, then write the rows, also where the run ended early."""
-    times = times_of(model, method, given.duration, given.every)
     try:
-        result = simulate(model, method, times, parameters, progress, notices, devices)
+        result = run()
     except (SimulationError, RunInterrupted) as problem:
         try:
             write_result(problem.result, target)

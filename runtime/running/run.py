@@ -178,19 +178,10 @@ def watched(
 
     Returns the result of `run`, and whether Ctrl-C was pressed.
     """
-    outcome: list[_Outcome] = []
-    finished = Event()
-
-    def work() -> None:
-        try:
-            outcome.append(run())
-        finally:
-            finished.set()
-
     interrupted = False
-    Thread(target=work, daemon=True).start()
-    while not finished.is_set():
-        # An event: after Ctrl-C in Thread.join, Python would consider the thread ended.
+
+    def look(finished: Event) -> None:
+        nonlocal interrupted
         try:
             finished.wait(_WATCH_SECONDS)
             watch()
@@ -198,5 +189,33 @@ def watched(
             interrupted = True
         if interrupted:
             instance.stop()
-    (found,) = outcome
+
+    found = _in_thread(run, look)
     return found, interrupted
+
+
+def interruptible(work: Callable[[], _Outcome]) -> _Outcome:
+    """Do work of C in a thread, so that signals are handled meanwhile; they abandon it.
+
+    A file system that does not answer stops the thread, which keeps what it works on alive.
+    """
+    return _in_thread(work, lambda finished: finished.wait(_WATCH_SECONDS))
+
+
+def _in_thread(work: Callable[[], _Outcome], look: Callable[[Event], object]) -> _Outcome:
+    """Do work in a thread, and `look` again and again until it has finished."""
+    outcome: list[_Outcome] = []
+    # An event: after Ctrl-C in Thread.join, Python would consider the thread ended.
+    finished = Event()
+
+    def do() -> None:
+        try:
+            outcome.append(work())
+        finally:
+            finished.set()
+
+    Thread(target=do, daemon=True).start()
+    while not finished.is_set():
+        look(finished)
+    (found,) = outcome
+    return found

@@ -87,16 +87,13 @@ def observed_scales(model: LoadedModel) -> Array:
 
 def subtolerance_states(instance: Instance) -> tuple[Subtolerance, ...]:
     """List the states of a run that fell below their tolerance and grew again, by time."""
-    found = []
-    for index in range(instance.library.model.n_state):
-        state = instance.subtolerance(index)
-        if state is not None:
-            found.append(
-                Subtolerance(
-                    index, state.tolerance, state.low, state.fell, state.grown, state.value
-                )
-            )
-    return tuple(sorted(found, key=lambda subtolerance: subtolerance.grown))
+    found = ((k, instance.subtolerance(k)) for k in range(instance.library.model.n_state))
+    states = (
+        Subtolerance(k, state.tolerance, state.low, state.fell, state.grown, state.value)
+        for k, state in found
+        if state is not None
+    )
+    return tuple(sorted(states, key=lambda state: state.grown))
 
 
 def undecided(

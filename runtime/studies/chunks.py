@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.batches import Work, run_all
+from bgc.runtime.running.batches import Outcome, run_all
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.examination import examine
 from bgc.runtime.running.lane_interface import LaneLibrary
@@ -20,69 +19,24 @@ SECONDS = 1.0  # of processor time that a chunk is to take on each thread
 _LARGEST_CHUNK = 65536  # cases of a chunk
 
 
-@dataclass(frozen=True, slots=True)
-class Chunk:
-    """Results of the cases from `first` on, as the arrays of `Work` have them."""
-
-    first: int
-    values: Array
-    rows: Array | None
-    reduced: Array
-    completed: frozenset[int]  # numbers within the chunk
-    failures: Mapping[int, Diagnostic]
-    together: frozenset[int]
-    warned: Mapping[int, tuple[Diagnostic, ...]]
-    seconds: float  # of processor time
-    stopped: bool = False
-
-    def add_to(self, work: Work) -> None:
-        """Put the results where they belong in the arrays of all runs."""
-        part = slice(self.first, self.first + len(self.values))
-        work.values[part] = self.values
-        if work.rows is not None and self.rows is not None:
-            work.rows[part] = self.rows
-        else:
-            work.reduced[part] = self.reduced
-        work.completed |= {self.first + k for k in self.completed}
-        work.together |= {self.first + k for k in self.together}
-        work.failures |= {self.first + k: why for k, why in self.failures.items()}
-        work.warned |= {self.first + k: some for k, some in self.warned.items()}
-
-
 def run_chunk(
     plan: Plan, library: LaneLibrary | None, first: int, cases: Cases, threads: int = 0
-) -> Chunk:
+) -> Outcome:
     """Run some cases of a plan; `library` is that of the batches."""
     work = plan.work(library, cases)
     run_all(work, progress=False, threads=threads)
     examine(work)
-    return Chunk(
-        first,
-        work.values,
-        work.rows,
-        work.reduced,
-        frozenset(work.completed),
-        work.failures,
-        frozenset(work.together),
-        work.warned,
-        work.seconds,
-        work.stopping,
-    )
+    return work.outcome(first)
 
 
-def refused(first: int, plan: Plan, count: int, why: Diagnostic) -> Chunk:
+def refused(first: int, plan: Plan, count: int, why: Diagnostic) -> Outcome:
     """Make the result of cases that ended every process that ran them."""
     varied = [plan.cases.names.index(name) for name in plan.varied]
-    return Chunk(
-        first,
-        plan.cases.values[first : first + count, varied],
-        None,
-        np.full((count, len(plan.observables)), np.nan),
-        frozenset(),
-        dict.fromkeys(range(count), why),
-        frozenset(),
-        {},
-        0.0,
+    return Outcome(
+        first=first,
+        values=plan.cases.values[first : first + count, varied],
+        reduced=np.full((count, len(plan.observables)), np.nan),
+        failures=dict.fromkeys(range(count), why),
     )
 
 
@@ -109,7 +63,7 @@ class Waiting:
     def __bool__(self) -> bool:
         return self._next < len(self._starts)
 
-    def learn(self, chunk: Chunk) -> None:
+    def learn(self, chunk: Outcome) -> None:
         """Note how long the cases of a chunk took."""
         if len(chunk.values):
             each = chunk.seconds / len(chunk.values)
@@ -133,7 +87,7 @@ class Waiting:
 
 def locally(
     plan: Plan, library: LaneLibrary | None, waiting: Waiting, threads: int
-) -> Iterator[Chunk]:
+) -> Iterator[Outcome]:
     """Run what is waiting on this machine, chunk by chunk."""
     while waiting:
         numbers = waiting.take(threads)
@@ -141,5 +95,5 @@ def locally(
         chunk = run_chunk(plan, library, numbers.start, part, threads)
         waiting.learn(chunk)
         yield chunk
-        if chunk.stopped:
+        if chunk.stopping:
             raise KeyboardInterrupt

@@ -23,9 +23,10 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene, model_units
 from bgc.emission.emit import content_of
 from bgc.runtime.results.columns import optional_package
+from bgc.runtime.running.batches import Outcome
 from bgc.runtime.running.identity import bgc_version, device_files
 from bgc.runtime.running.many import Plan, lane_options
-from bgc.runtime.studies.chunks import BATCH, Chunk, Waiting, refused
+from bgc.runtime.studies.chunks import BATCH, Waiting, refused
 from bgc.runtime.studies.worker import Contents, Shipped, Task, run_task
 
 _TIMEOUT = 10.0  # s, for the scheduler to answer, and for its first worker
@@ -55,7 +56,7 @@ def ship(plan: Plan) -> Shipped:
     return Shipped(digest_of_bytes(packed), packed, bgc_version())
 
 
-def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
+def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Outcome]:
     """Run what is waiting on the workers of a scheduler; yield chunks as they end, in any order.
 
     Raises BgError: BG058 without Dask, BG799 where the scheduler or its workers cannot be used.
@@ -89,7 +90,7 @@ def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
 
 def _results(
     plan: Plan, shipped: Shipped, client: Any, as_completed: Any, waiting: Waiting, address: str
-) -> Iterator[Chunk]:
+) -> Iterator[Outcome]:
     running: dict[Any, range] = {}
     ended = as_completed(loop=client.loop, with_results=False)
 
@@ -113,7 +114,7 @@ def _results(
         numbers = running.pop(future)
         if future.status == "finished":
             found = future.result()
-            if not isinstance(found, Chunk):
+            if not isinstance(found, Outcome):
                 raise BgError(found)
             waiting.learn(found)
             yield found

@@ -12,10 +12,9 @@ from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.catalogue.studies import other_study
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.runtime.results.columns import optional_package
-from bgc.runtime.running.batches import Work
+from bgc.runtime.running.batches import Outcome, Work
 from bgc.runtime.running.many import Plan
 from bgc.runtime.running.run_warnings import read_warnings, written_warnings
-from bgc.runtime.studies.chunks import Chunk
 
 _TO_DO, _DONE, _FAILED = 0, 1, 2
 _BYTES = 1 << 20  # of an array's chunk
@@ -125,7 +124,7 @@ class Store:
             work.warned |= read_warnings(dict(self._group["warnings"].attrs))
         return len(work.completed) + len(work.failures)
 
-    def write(self, chunk: Chunk) -> None:
+    def write(self, chunk: Outcome) -> None:
         """Write the runs of a chunk, then their status; BG055 where the disk is full."""
         part = slice(chunk.first, chunk.first + len(chunk.values))
         status = np.full(len(chunk.values), _TO_DO, dtype=np.int8)

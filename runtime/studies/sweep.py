@@ -24,6 +24,7 @@ from bgc.runtime.results.observables import (
 from bgc.runtime.results.statistics import check_enough
 from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import check_kind
+from bgc.runtime.running.batches import Outcome
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.csv_tables import read_cases
 from bgc.runtime.running.loaded_model import LoadedModel
@@ -39,7 +40,7 @@ from bgc.runtime.running.parameter_grid import Axis, Listed, points, read_axis
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.quantity import read_quantity
-from bgc.runtime.studies.chunks import Chunk, Waiting, locally
+from bgc.runtime.studies.chunks import Waiting, locally
 from bgc.runtime.studies.study_store import Store
 
 Vary: TypeAlias = Mapping[str, str | Sequence[float | str] | Array] | Sequence[str]
@@ -156,7 +157,7 @@ def sweep(
     try:
         with ProgressBar(float(count), progress, unit=" instances") as bar:
             for chunk in _chunks(plan, scheduler, waiting):
-                chunk.add_to(work)
+                work.add(chunk)
                 if kept is not None:
                     kept.write(chunk)
                 bar.show(float(len(work.completed) + len(work.failures)))
@@ -165,7 +166,7 @@ def sweep(
     return outcome(plan, work, notices, design.name, recalled, kept is not None)
 
 
-def _chunks(plan: Plan, scheduler: str | None, waiting: Waiting) -> Iterator[Chunk]:
+def _chunks(plan: Plan, scheduler: str | None, waiting: Waiting) -> Iterator[Outcome]:
     """Run what is waiting on the workers of a scheduler, or on this machine's processors."""
     if scheduler is not None:
         # Only this needs Dask.

@@ -21,12 +21,13 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
+from bgc.runtime.running.batches import Outcome
 from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.lane_interface import LaneLibrary
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.many import Plan
-from bgc.runtime.studies.chunks import Chunk, run_chunk
+from bgc.runtime.studies.chunks import run_chunk
 
 _MODELS = 8  # that a worker holds in memory
 
@@ -67,7 +68,7 @@ class Task:
     observables: tuple[Observable, ...]
 
 
-def run_task(shipped: Shipped, task: Task) -> Chunk | tuple[Diagnostic, ...]:
+def run_task(shipped: Shipped, task: Task) -> Outcome | tuple[Diagnostic, ...]:
     """Run a chunk in a worker; return diagnostics where the worker cannot build the model."""
     try:
         model, library = build_model(shipped)

@@ -234,7 +234,7 @@ def test_runs_that_end_every_worker_are_failed_and_the_others_are_done(model, mo
     waiting._each = 0.02  # 48 runs in the first chunk
     work = plan.work(None)
     for chunk in cluster._results(plan, cluster.ship(plan), Client(), Ended, waiting, "tcp://a"):
-        chunk.add_to(work)
+        work.add(chunk)
     assert sorted(work.failures) == list(range(16, 24))
     assert {why.code for why in work.failures.values()} == {"BG799"}
     assert work.completed == {*range(16), *range(24, 60)}
