@@ -1,7 +1,5 @@
 """Measure 4: show where the energy goes, and what could be left out."""
 
-from typing import Annotated
-
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.activity_tables import as_json, tables
 from bgc.runtime.cli.command import command, option
@@ -13,27 +11,22 @@ from bgc.runtime.cli.printing import print_tables, print_text
 def activity(
     scene: SceneOptions,
     duration: Duration,
-    negligible: Annotated[
-        float,
-        option(
-            "Share of the activity up to which to try leaving a part out.",
-            within=(0, 1),
-            default=0.01,
-            show_default=True,
-        ),
-    ],
-    within: Annotated[
-        float,
-        option(
-            "Largest error of a change, as a part of the range; unless the scene has `require`.",
-            default=0.01,
-            show_default=True,
-        ),
-    ],
+    *,
+    negligible: float = option(
+        "Share of the activity up to which to try leaving a part out.",
+        within=(0, 1),
+        default=0.01,
+        show_default=True,
+    ),
+    within: float = option(
+        "Largest error of a change, as a part of the range; unless the scene has `require`.",
+        default=0.01,
+        show_default=True,
+    ),
     budget: Budget,
-    elements: Annotated[bool, option("List elements instead of parts.")],
+    elements: bool = option("List elements instead of parts."),
     json: Json,
-    quiet: Annotated[bool, option("Show no progress bar.", "--quiet", "-q")],
+    quiet: bool = option("Show no progress bar.", "--quiet", "-q"),
 ) -> None:
     """Show where the energy of a scene of FILE goes, and what could be left out.
 

@@ -1,7 +1,6 @@
 """Linear models 3: compute and draw frequency responses."""
 
 from itertools import product
-from typing import Annotated
 
 import numpy as np
 
@@ -31,13 +30,10 @@ def bode(
     closed: Closed,
     low: Low,
     high: High,
-    out: Annotated[
-        str | None,
-        option("Write the response: .csv, or - for standard output.", type=Target(".csv", "-")),
-    ],
-    plot: Annotated[
-        str | None, option("Draw magnitude and phase: .png, .svg or .pdf.", type=PICTURE)
-    ],
+    out: str | None = option(
+        "Write the response: .csv, or - for standard output.", type=Target(".csv", "-")
+    ),
+    plot: str | None = option("Draw magnitude and phase: .png, .svg or .pdf.", type=PICTURE),
 ) -> None:
     """Compute the frequency response of an output of a scene of FILE to an input.
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Any, get_type_hints
 
 from bgc.runtime.cli.command import Declared, OptionGroup, command, option, require, signature
 from bgc.runtime.cli.options import SceneOptions, Strict, Verify, Whole
@@ -40,22 +40,17 @@ def build(
     whole: Whole,
     strict: Strict,
     verify: Verify,
-    target: Annotated[
-        str,
-        option(f"{documentation()}.", choices=TARGETS, default="so", show_default=True),
-    ],
-    out: Annotated[
-        str,
-        option(
-            "Folder to write to; with --target c, - for standard output.",
-            "-o",
-            "--out",
-            metavar="DIR",
-            default=".",
-        ),
-    ],
+    *,
+    target: str = option(f"{documentation()}.", choices=TARGETS, default="so", show_default=True),
+    out: str = option(
+        "Folder to write to; with --target c, - for standard output.",
+        "-o",
+        "--out",
+        metavar="DIR",
+        default=".",
+    ),
     more: TargetOptions,
-    timings: Annotated[bool, option("Print the time of each stage.")],
+    timings: bool = option("Print the time of each stage."),
 ) -> None:
     """Compile a scene of FILE to C, a shared object, an FMU or a live page, and print its path.
 

@@ -1,7 +1,5 @@
 """Write and check 2: report errors and warnings without compiling."""
 
-from typing import Annotated
-
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.driver import check_source
 from bgc.runtime.cli.command import command, option
@@ -13,14 +11,12 @@ from bgc.runtime.cli.printing import AT_FAULT, print_diagnostics, print_text
 @command()
 def check(
     files: Files,
-    scene: Annotated[
-        str | None,
-        option(
-            "Scene to check; by default all scenes of each file.",
-            metavar="NAME",
-            shell_complete=scenes_of,
-        ),
-    ],
+    *,
+    scene: str | None = option(
+        "Scene to check; by default all scenes of each file.",
+        metavar="NAME",
+        shell_complete=scenes_of,
+    ),
     strict: Strict,
     verify: Verify,
 ) -> int:

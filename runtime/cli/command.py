@@ -1,10 +1,10 @@
-"""A command made from the signature of a function, whose types declare its options.
+"""A command made from the signature of a function, whose parameters declare its options.
 
-The type of a parameter says all of its option: `Annotated[float | None, option("Help.", "--to")]`.
-The name is the parameter's unless flags are given; `bool` is a flag, a tuple may be repeated,
-`None` and a `default` may be left out, and a `Literal` is a choice. An option of several commands
-is an alias in `options.py`, and options that belong together are an `OptionGroup`. The function
-receives converted values, and returns the exit status where it is not 0.
+A parameter says all of its option: `high: float | None = option("Help.", "--to")`. The name is the
+parameter's unless flags are given; `bool` is a flag, a tuple may be repeated, `None` and a
+`default` may be left out, and a `Literal` is a choice. An option of several commands is a type in
+`options.py`, `Annotated[float | None, option("Help.")]`, and options that belong together are an
+`OptionGroup`. The function receives converted values, and returns the exit status if it is not 0.
 """
 
 import inspect
@@ -28,7 +28,7 @@ class OptionGroup:
 
 @dataclass(frozen=True)
 class Declared:
-    """What `Annotated` adds to a type: the rest of a parameter of the command line."""
+    """What a parameter of the command line has besides its type."""
 
     kind: Callable[..., click.Parameter]
     flags: tuple[str, ...]
@@ -41,7 +41,7 @@ def option(
     within: tuple[int, int | None] | None = None,
     choices: Iterable[str] = (),
     **settings: Any,
-) -> Declared:
+) -> Any:
     """Declare an option.
 
     Parameters
@@ -65,7 +65,7 @@ def option(
     return Declared(click.Option, flags, {"help": text, **settings})
 
 
-def argument(**settings: Any) -> Declared:
+def argument(**settings: Any) -> Any:
     """Declare an argument, with settings of `click.Argument`."""
     return Declared(click.Argument, (), settings)
 
@@ -127,9 +127,11 @@ def _is_group(field: inspect.Parameter) -> bool:
 
 
 def _parameter(field: inspect.Parameter) -> click.Parameter:
-    """Make the option or the argument that the type of a parameter declares."""
-    declared: Declared
-    kind, declared = get_args(field.annotation)
+    """Make the option or the argument that a parameter declares."""
+    kind = field.annotation
+    declared: Declared = field.default
+    if field.default is field.empty:
+        kind, declared = get_args(kind)
     parts = get_args(kind)
     settings: dict[str, Any] = {"required": "default" not in declared.settings}
     if kind is bool:

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import click
 from click.shell_completion import CompletionItem, get_completion_class
@@ -13,7 +13,7 @@ _SCENE = re.compile(r"^scene\s+(\w+)", re.MULTILINE)
 
 
 @command()
-def completion(shell: Annotated[Literal["bash", "zsh", "fish"], argument()]) -> None:
+def completion(shell: Literal["bash", "zsh", "fish"] = argument()) -> None:
     """Print the script by which a shell completes commands, options, methods and scenes.
 
     \b

@@ -2,7 +2,7 @@
 
 import json as json_format
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Any
 
 from bgc.emission.operation_cost import Cost
 from bgc.printing.text_tables import Table
@@ -24,18 +24,16 @@ _SIZES = {
 @command()
 def cost(
     scene: SceneOptions,
-    variants: Annotated[
-        int,
-        option(
-            "Largest number of variants to try.",
-            within=(0, None),
-            default=60,
-            show_default=True,
-            metavar="N",
-        ),
-    ],
+    *,
+    variants: int = option(
+        "Largest number of variants to try.",
+        within=(0, None),
+        default=60,
+        show_default=True,
+        metavar="N",
+    ),
     json: Json,
-    quiet: Annotated[bool, option("Show no progress bar.", "--quiet", "-q")],
+    quiet: bool = option("Show no progress bar.", "--quiet", "-q"),
 ) -> None:
     """Show the cost of a scene of FILE, what was left out, and the cost of variants.
 

@@ -2,7 +2,6 @@
 
 import shutil
 from pathlib import Path
-from typing import Annotated
 
 from bgc.building.build import runtime_directory
 from bgc.diagnostics.catalogue.machine import cannot_write
@@ -17,9 +16,9 @@ _EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")
 
 @command()
 def devices(
-    example: Annotated[
-        Path | None, option("Write an example driver with its Makefile to DIR.", metavar="DIR")
-    ],
+    example: Path | None = option(
+        "Write an example driver with its Makefile to DIR.", metavar="DIR"
+    ),
 ) -> None:
     """List drivers and haptic devices, and why one cannot be used.
 

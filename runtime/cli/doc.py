@@ -1,7 +1,6 @@
 """Write and check 5: look up elements, functions, library parts, diagnostics ..."""
 
 from pathlib import Path
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.reference import not_in_file
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -22,17 +21,12 @@ _END = "Words that are not a name list what mentions them: `bgc doc wave height`
 
 @command()
 def doc(
-    names: Annotated[tuple[str, ...], argument(metavar="[GROUP | FILE.bg] [NAME]")],
-    gallery: Annotated[
-        bool,
-        option(
-            "Write a page that runs its model for each scene of FILES (by default of the library), "
-            "and an index (needs ziglang)."
-        ),
-    ],
-    out: Annotated[
-        Path | None, option("Folder for --gallery, by default `gallery`.", metavar="DIR")
-    ],
+    names: tuple[str, ...] = argument(metavar="[GROUP | FILE.bg] [NAME]"),
+    gallery: bool = option(
+        "Write a page that runs its model for each scene of FILES (by default of the library), "
+        "and an index (needs ziglang)."
+    ),
+    out: Path | None = option("Folder for --gallery, by default `gallery`.", metavar="DIR"),
 ) -> int | None:
     """Show the documentation of a name, or what mentions some words.
 

@@ -1,7 +1,6 @@
 """Understand 2: print the state equations, or their linear form and modes."""
 
 from pathlib import Path
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.ir.program import Program
@@ -25,31 +24,24 @@ _LINES = 300  # of equations that are printed without --full
 @command()
 def equations(
     scene: SceneOptions,
-    latex: Annotated[bool, option("Print LaTeX for the package amsmath.")],
-    linear: Annotated[
-        bool,
-        option(
-            "Print A, B, C, D and modes at an operating point; by default the initial state.",
-            "--linear",
-            "--state-space",
-        ),
-    ],
+    *,
+    latex: bool = option("Print LaTeX for the package amsmath."),
+    linear: bool = option(
+        "Print A, B, C, D and modes at an operating point; by default the initial state.",
+        "--linear",
+        "--state-space",
+    ),
     point: PointOptions,
     inputs: Inputs,
     outputs: Outputs,
-    transfers: Annotated[
-        tuple[tuple[str, str], ...],
-        option(
-            "Print a transfer function in the model's letters, its poles, zeros and static gain.",
-            "--transfer",
-            type=Pair(bad_pair, "/"),
-            metavar="OUTPUT/INPUT",
-        ),
-    ],
-    full: Annotated[bool, option("Print everything, however long.")],
-    out: Annotated[
-        str | None, option("Write the matrices: .csv or .npz.", type=Target(".csv", ".npz"))
-    ],
+    transfers: tuple[tuple[str, str], ...] = option(
+        "Print a transfer function in the model's letters, its poles, zeros and static gain.",
+        "--transfer",
+        type=Pair(bad_pair, "/"),
+        metavar="OUTPUT/INPUT",
+    ),
+    full: bool = option("Print everything, however long."),
+    out: str | None = option("Write the matrices: .csv or .npz.", type=Target(".csv", ".npz")),
 ) -> None:
     """Print the state equations of a scene of FILE, their linear form, or a transfer function.
 

@@ -1,6 +1,6 @@
 """Run 5: estimate parameters from a recorded motion."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import PICTURE, TABLE, MethodOptions, SceneOptions, assigned
@@ -18,59 +18,40 @@ Examples (tuned.bg and shaken.csv: the manual, "Many runs"):
 @command(epilog=_EPILOG)
 def fit(
     scene: SceneOptions,
-    data: Annotated[
-        str,
-        option(
-            "CSV file of the recorded motion: columns `time` and observed ones, `x [mm]`.",
-            metavar="FILE",
-        ),
-    ],
-    varied: Annotated[
-        tuple[str, ...],
-        option(
-            'Parameter to estimate, with its bounds: "k=1..1000 N/m". May be repeated.',
-            "--vary",
-            metavar="RANGE",
-            required=True,
-        ),
-    ],
-    matches: Annotated[
-        tuple[tuple[str, str], ...],
-        option(
-            "A column of the file with another name than the scene's. May be repeated.",
-            "--match",
-            type=assigned('--match "position=x"'),
-            metavar="OBSERVED=RECORDED",
-        ),
-    ],
-    noises: Annotated[
-        tuple[tuple[str, str], ...],
-        option(
-            'Standard deviation of a column: "position=1 mm". Estimated by default.',
-            "--noise",
-            type=assigned('--noise "x=2 mm"'),
-        ),
-    ],
-    loss: Annotated[
-        Literal["linear", "soft_l1", "huber", "cauchy"],
-        option("linear: least squares; the others bear outliers.", default="linear"),
-    ],
-    starts: Annotated[
-        int,
-        option(
-            "Start at the best of N points within the bounds.",
-            within=(1, None),
-            default=1,
-            metavar="N",
-        ),
-    ],
-    confidence: Annotated[
-        float, option("Level of the confidence intervals; 0.95 by default.", default=0.95)
-    ],
-    out: Annotated[str | None, option("Write estimates and intervals: .csv.", type=TABLE)],
-    plot: Annotated[
-        str | None, option("Draw data and estimate: .png, .svg or .pdf.", type=PICTURE)
-    ],
+    *,
+    data: str = option(
+        "CSV file of the recorded motion: columns `time` and observed ones, `x [mm]`.",
+        metavar="FILE",
+    ),
+    varied: tuple[str, ...] = option(
+        'Parameter to estimate, with its bounds: "k=1..1000 N/m". May be repeated.',
+        "--vary",
+        metavar="RANGE",
+        required=True,
+    ),
+    matches: tuple[tuple[str, str], ...] = option(
+        "A column of the file with another name than the scene's. May be repeated.",
+        "--match",
+        type=assigned('--match "position=x"'),
+        metavar="OBSERVED=RECORDED",
+    ),
+    noises: tuple[tuple[str, str], ...] = option(
+        'Standard deviation of a column: "position=1 mm". Estimated by default.',
+        "--noise",
+        type=assigned('--noise "x=2 mm"'),
+    ),
+    loss: Literal["linear", "soft_l1", "huber", "cauchy"] = option(
+        "linear: least squares; the others bear outliers.", default="linear"
+    ),
+    starts: int = option(
+        "Start at the best of N points within the bounds.",
+        within=(1, None),
+        default=1,
+        metavar="N",
+    ),
+    confidence: float = option("Level of the confidence intervals; 0.95 by default.", default=0.95),
+    out: str | None = option("Write estimates and intervals: .csv.", type=TABLE),
+    plot: str | None = option("Draw data and estimate: .png, .svg or .pdf.", type=PICTURE),
     method: MethodOptions,
 ) -> int:
     """Estimate parameters of a scene of FILE from a recorded motion.

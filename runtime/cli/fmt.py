@@ -1,7 +1,5 @@
 """Write and check 4: rewrite files in canonical form."""
 
-from typing import Annotated
-
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.format import format_source
 from bgc.grammar.source_files import read_source
@@ -18,7 +16,7 @@ from bgc.runtime.cli.printing import (
 @command()
 def fmt(
     files: Files,
-    check: Annotated[bool, option("Change nothing; exit with status 1 if a file would change.")],
+    check: bool = option("Change nothing; exit with status 1 if a file would change."),
 ) -> int:
     """Rewrite FILES in canonical form; comments are kept."""
     problems: list[Diagnostic] = []

@@ -1,7 +1,6 @@
 """Understand 3: draw the bond graph with its causal strokes."""
 
 from pathlib import Path
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.arguments import unknown_part
 from bgc.printing.draw import View, lay_out, part_paths, to_dot
@@ -13,23 +12,16 @@ from bgc.runtime.cli.printing import print_paths, write_file
 @command()
 def graph(
     scene: SceneOptions,
-    out: Annotated[
-        str | None,
-        option(
-            "File to write: .svg, .pdf, .png or .dot; by default FILE.svg.",
-            "-o",
-            "--out",
-            type=Target(".svg", ".dot", ".pdf", ".png"),
-        ),
-    ],
-    depth: Annotated[
-        int | None,
-        option("Draw parts below this level as one node each.", within=(0, None)),
-    ],
-    collapsed: Annotated[
-        tuple[str, ...],
-        option("Draw this part as one node. May be repeated.", "--collapse", metavar="PART"),
-    ],
+    out: str | None = option(
+        "File to write: .svg, .pdf, .png or .dot; by default FILE.svg.",
+        "-o",
+        "--out",
+        type=Target(".svg", ".dot", ".pdf", ".png"),
+    ),
+    depth: int | None = option("Draw parts below this level as one node each.", within=(0, None)),
+    collapsed: tuple[str, ...] = option(
+        "Draw this part as one node. May be repeated.", "--collapse", metavar="PART"
+    ),
 ) -> None:
     """Draw the bond graph of a scene of FILE, with half arrows and causal strokes.
 

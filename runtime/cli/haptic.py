@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from bgc.language.scene import Scene
 from bgc.runtime.cli.command import command, option, require
@@ -24,29 +24,23 @@ if TYPE_CHECKING:
 def haptic(
     scene: SceneOptions,
     devices: Devices,
-    duration: Annotated[
-        float | None, option_of(Scene, "duration", "Simulated time; by default until Ctrl-C.")
-    ],
+    *,
+    duration: float | None = option_of(
+        Scene, "duration", "Simulated time; by default until Ctrl-C."
+    ),
     method: SolverOptions,
-    record: Annotated[
-        str | None,
-        option("Record the motion: .csv, which `trace` replays.", type=TABLE, metavar="FILE"),
-    ],
-    exchanges: Annotated[
-        tuple[str, ...],
-        option(
-            "Scene, or NAME=VALUE, to which a key switches the running loop. May be repeated.",
-            "--exchange",
-            metavar="SCENE",
-        ),
-    ],
-    view: Annotated[bool, option("Show the loop in the browser, in 3D with plots.")],
-    port: Annotated[
-        int,
-        option("Port of --view; a free one if omitted.", within=(0, 65535), default=0),
-    ],
-    no_browser: Annotated[bool, option("Print the address of --view, open no browser.")],
-    quiet: Annotated[bool, option("Show no live view and no report.", "--quiet", "-q")],
+    record: str | None = option(
+        "Record the motion: .csv, which `trace` replays.", type=TABLE, metavar="FILE"
+    ),
+    exchanges: tuple[str, ...] = option(
+        "Scene, or NAME=VALUE, to which a key switches the running loop. May be repeated.",
+        "--exchange",
+        metavar="SCENE",
+    ),
+    view: bool = option("Show the loop in the browser, in 3D with plots."),
+    port: int = option("Port of --view; a free one if omitted.", within=(0, 65535), default=0),
+    no_browser: bool = option("Print the address of --view, open no browser."),
+    quiet: bool = option("Show no live view and no report.", "--quiet", "-q"),
     limits: LimitOptions,
 ) -> int:
     """Run a scene of FILE in step with the clock, with its devices.

@@ -1,7 +1,6 @@
 """Write and check 3: write a robot (URDF, MJCF) or another tool's model as a .bg file."""
 
 from pathlib import Path
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.reference import file_exists
 from bgc.runtime.cli.command import Target, command, option, require
@@ -18,17 +17,15 @@ from bgc.runtime.importing.importing import Choices, import_text
 @command(name="import")
 def import_(
     file: File,
-    out: Annotated[
-        str | None,
-        option("File to write; - for standard output.", "-o", "--out", type=Target(".bg", "-")),
-    ],
-    force: Annotated[bool, option("Replace a file that exists.")],
-    packages: Annotated[
-        tuple[str, ...],
-        option("Folder of package://NAME/. May be repeated.", "--package", metavar="NAME=FOLDER"),
-    ],
-    no_limits: Annotated[bool, option("Leave out the end stops of joints.")],
-    floating: Annotated[bool, option("In the example scene, let the robot's base float.")],
+    out: str | None = option(
+        "File to write; - for standard output.", "-o", "--out", type=Target(".bg", "-")
+    ),
+    force: bool = option("Replace a file that exists."),
+    packages: tuple[str, ...] = option(
+        "Folder of package://NAME/. May be repeated.", "--package", metavar="NAME=FOLDER"
+    ),
+    no_limits: bool = option("Leave out the end stops of joints."),
+    floating: bool = option("In the example scene, let the robot's base float."),
 ) -> None:
     """Write FILE, a model of another tool, as a .bg file.
 

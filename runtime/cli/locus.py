@@ -1,7 +1,5 @@
 """Linear models 6: follow the poles of a closed loop over its gain."""
 
-from typing import Annotated
-
 import numpy as np
 
 from bgc.printing.text_tables import Table
@@ -17,8 +15,8 @@ from bgc.runtime.linear.zeros import factors
 @command()
 def locus(
     channel: ChannelOptions,
-    out: Annotated[str | None, option("Write the branches: .csv.", type=TABLE)],
-    plot: Annotated[str | None, option("Draw the root locus: .png, .svg or .pdf.", type=PICTURE)],
+    out: str | None = option("Write the branches: .csv.", type=TABLE),
+    plot: str | None = option("Draw the root locus: .png, .svg or .pdf.", type=PICTURE),
 ) -> None:
     """Follow the poles of the closed loop over its gain, and print where they cross the axis.
 

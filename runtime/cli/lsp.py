@@ -3,7 +3,6 @@
 import os
 import sys
 from contextlib import redirect_stdout
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError
@@ -13,7 +12,7 @@ from bgc.runtime.documents.method_entries import GROUP
 
 @command()
 def lsp(
-    stdio: Annotated[bool, option("Accepted for editors; always so.", hidden=True)],
+    stdio: bool = option("Accepted for editors; always so.", hidden=True),
 ) -> None:
     """Serve an editor: diagnostics, completion, hover, hints, names, formatting.
 

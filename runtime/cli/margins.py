@@ -1,7 +1,5 @@
 """Linear models 4: print stability margins, draw Nyquist and Nichols charts."""
 
-from typing import Annotated
-
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.linear_options import ChannelOptions, High, Low
 from bgc.runtime.cli.options import PICTURE
@@ -15,12 +13,8 @@ def margins(
     channel: ChannelOptions,
     low: Low,
     high: High,
-    nyquist: Annotated[
-        str | None, option("Draw the Nyquist curve: .png, .svg or .pdf.", type=PICTURE)
-    ],
-    nichols: Annotated[
-        str | None, option("Draw the Nichols chart: .png, .svg or .pdf.", type=PICTURE)
-    ],
+    nyquist: str | None = option("Draw the Nyquist curve: .png, .svg or .pdf.", type=PICTURE),
+    nichols: str | None = option("Draw the Nichols chart: .png, .svg or .pdf.", type=PICTURE),
 ) -> None:
     """Print the stability margins of a loop around an input and an output of a scene of FILE.
 

@@ -1,7 +1,6 @@
 """Linear models 1: print the modes: periods, damping, participating states."""
 
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
@@ -15,12 +14,11 @@ from bgc.runtime.linear.linear_tables import mode_table, write_modes
 @command()
 def modes(
     model: LinearOptions,
-    full: Annotated[bool, option("Print all modes, however many.")],
-    out: Annotated[str | None, option("Write the modes: .csv.", type=TABLE)],
-    plot: Annotated[
-        str | None,
-        option("Draw the eigenvalues in the complex plane: .png, .svg or .pdf.", type=PICTURE),
-    ],
+    full: bool = option("Print all modes, however many."),
+    out: str | None = option("Write the modes: .csv.", type=TABLE),
+    plot: str | None = option(
+        "Draw the eigenvalues in the complex plane: .png, .svg or .pdf.", type=PICTURE
+    ),
 ) -> None:
     """Print the modes of a scene of FILE: period, damping, time constant, participating states.
 

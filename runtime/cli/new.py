@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.reference import bad_new_name, file_exists
 from bgc.grammar.language_words import RESERVED
@@ -22,16 +21,13 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @command()
 def new(
-    name: Annotated[str, argument()],
-    template: Annotated[
-        str,
-        option(
-            "; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
-            choices=TEMPLATES,
-            default="plain",
-            show_default=True,
-        ),
-    ],
+    name: str = argument(),
+    template: str = option(
+        "; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
+        choices=TEMPLATES,
+        default="plain",
+        show_default=True,
+    ),
 ) -> None:
     """Write NAME.bg: a small commented model and a scene that runs.
 

@@ -1,7 +1,7 @@
 """Run 7: find the sea states in which criteria hold, and the downtime."""
 
 from itertools import islice
-from typing import Annotated, Literal
+from typing import Literal
 
 from bgc.runtime.cli.command import Target, command, option
 from bgc.runtime.cli.options import (
@@ -30,42 +30,30 @@ Example (lift.bg and north_sea.csv: the manual, "Operability"):
 @command(epilog=_EPILOG)
 def operability(
     scene: SceneOptions,
-    height: Annotated[str, option('Heights: "vessel.sea.height=1..4 m:7".', metavar="VALUES")],
-    period: Annotated[str, option('Periods: "vessel.sea.period=5..13 s:5".', metavar="VALUES")],
-    heading: Annotated[
-        str | None, option('Headings: "vessel.sea.heading=90, 180 deg".', metavar="VALUES")
-    ],
-    seed: Annotated[str | None, option('Seeds: "vessel.sea.seed=1..10:10".', metavar="VALUES")],
-    criteria: Annotated[
-        tuple[str, ...],
-        option(
-            'Criterion: "max(tension) < 300 kN", "min(clearance) from 20 s > 1 m". May be '
-            "repeated; by default the limits of the scene.",
-            "--require",
-        ),
-    ],
-    judge: Annotated[
-        Literal["gumbel", "worst"],
-        option(
-            "Extreme over the seeds: the most probable one, or that of the worst seed.",
-            default="gumbel",
-        ),
-    ],
-    exposure: Annotated[
-        float | None, option('Time for which extremes are to hold: "3 h".', type=SECONDS)
-    ],
-    scatter: Annotated[
-        str | None, option("Scatter diagram (CSV), for the downtime.", metavar="FILE")
-    ],
-    out: Annotated[str | None, option("Write all cells and criteria: .csv.", type=TABLE)],
-    plot: Annotated[str | None, option("Draw the maps: .png, .svg or .pdf.", type=PICTURE)],
-    store: Annotated[
-        str | None,
-        option("Zarr group for all runs (.zarr), resumable.", type=Target(".zarr"), metavar="DIR"),
-    ],
+    *,
+    height: str = option('Heights: "vessel.sea.height=1..4 m:7".', metavar="VALUES"),
+    period: str = option('Periods: "vessel.sea.period=5..13 s:5".', metavar="VALUES"),
+    heading: str | None = option('Headings: "vessel.sea.heading=90, 180 deg".', metavar="VALUES"),
+    seed: str | None = option('Seeds: "vessel.sea.seed=1..10:10".', metavar="VALUES"),
+    criteria: tuple[str, ...] = option(
+        'Criterion: "max(tension) < 300 kN", "min(clearance) from 20 s > 1 m". May be '
+        "repeated; by default the limits of the scene.",
+        "--require",
+    ),
+    judge: Literal["gumbel", "worst"] = option(
+        "Extreme over the seeds: the most probable one, or that of the worst seed.",
+        default="gumbel",
+    ),
+    exposure: float | None = option('Time for which extremes are to hold: "3 h".', type=SECONDS),
+    scatter: str | None = option("Scatter diagram (CSV), for the downtime.", metavar="FILE"),
+    out: str | None = option("Write all cells and criteria: .csv.", type=TABLE),
+    plot: str | None = option("Draw the maps: .png, .svg or .pdf.", type=PICTURE),
+    store: str | None = option(
+        "Zarr group for all runs (.zarr), resumable.", type=Target(".zarr"), metavar="DIR"
+    ),
     scheduler: Scheduler,
     method: MethodOptions,
-    quiet: Annotated[bool, option("Print no progress bar.", "--quiet", "-q")],
+    quiet: bool = option("Print no progress bar.", "--quiet", "-q"),
 ) -> int:
     """Find the sea states in which criteria hold: height x period x heading x seed.
 

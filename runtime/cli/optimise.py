@@ -1,6 +1,6 @@
 """Run 6: find the parameters that make an observable least or largest."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import PICTURE, TABLE, MethodOptions, SceneOptions
@@ -21,68 +21,48 @@ Examples (tuned.bg: the manual, "Many runs"):
 @command(epilog=_EPILOG)
 def optimise(
     scene: SceneOptions,
-    varied: Annotated[
-        tuple[str, ...],
-        option(
-            'Parameter of the design, with its bounds: "k=50..500 N/m". May be repeated.',
-            "--vary",
-            metavar="RANGE",
-            required=True,
-        ),
-    ],
-    minimise: Annotated[str | None, option('Objective: "max(load.z)", "rms(x) from 5 s".')],
-    maximise: Annotated[str | None, option("Objective to be made as large as possible.")],
-    criteria: Annotated[
-        tuple[str, ...],
-        option(
-            'Limit: "max(pressure) < 210 bar". May be repeated; by default the limits of the '
-            "scene.",
-            "--require",
-        ),
-    ],
-    over: Annotated[
-        tuple[str, ...],
-        option(
-            'Run each design with these values of a parameter: "seed=1, 2, 3". May be repeated.',
-            metavar="VALUES",
-        ),
-    ],
-    judge: Annotated[
-        Literal["worst", "mean"],
-        option("With --over: take the objective of the worst case, or the mean.", default="worst"),
-    ],
-    search: Annotated[
-        Literal["gradient", "evolution"] | None,
-        option("gradient where the observables have derivatives, else evolution."),
-    ],
-    starts: Annotated[
-        int,
-        option(
-            "Start at the best of N designs within the bounds.",
-            within=(1, None),
-            default=1,
-            metavar="N",
-        ),
-    ],
-    runs: Annotated[
-        int,
-        option(
-            "End after N runs with the best design so far; 10,000 by default.",
-            within=(1, None),
-            default=10_000,
-            metavar="N",
-        ),
-    ],
-    seed: Annotated[int, option("Seed of the starts and of the evolution.", default=0)],
-    out: Annotated[
-        str | None, option("Write the design, its objective and limits: .csv.", type=TABLE)
-    ],
-    plot: Annotated[
-        str | None,
-        option("Draw the best objective against the runs: .png, .svg or .pdf.", type=PICTURE),
-    ],
+    *,
+    varied: tuple[str, ...] = option(
+        'Parameter of the design, with its bounds: "k=50..500 N/m". May be repeated.',
+        "--vary",
+        metavar="RANGE",
+        required=True,
+    ),
+    minimise: str | None = option('Objective: "max(load.z)", "rms(x) from 5 s".'),
+    maximise: str | None = option("Objective to be made as large as possible."),
+    criteria: tuple[str, ...] = option(
+        'Limit: "max(pressure) < 210 bar". May be repeated; by default the limits of the scene.',
+        "--require",
+    ),
+    over: tuple[str, ...] = option(
+        'Run each design with these values of a parameter: "seed=1, 2, 3". May be repeated.',
+        metavar="VALUES",
+    ),
+    judge: Literal["worst", "mean"] = option(
+        "With --over: take the objective of the worst case, or the mean.", default="worst"
+    ),
+    search: Literal["gradient", "evolution"] | None = option(
+        "gradient where the observables have derivatives, else evolution."
+    ),
+    starts: int = option(
+        "Start at the best of N designs within the bounds.",
+        within=(1, None),
+        default=1,
+        metavar="N",
+    ),
+    runs: int = option(
+        "End after N runs with the best design so far; 10,000 by default.",
+        within=(1, None),
+        default=10_000,
+        metavar="N",
+    ),
+    seed: int = option("Seed of the starts and of the evolution.", default=0),
+    out: str | None = option("Write the design, its objective and limits: .csv.", type=TABLE),
+    plot: str | None = option(
+        "Draw the best objective against the runs: .png, .svg or .pdf.", type=PICTURE
+    ),
     method: MethodOptions,
-    quiet: Annotated[bool, option("Print no progress.", "--quiet", "-q")],
+    quiet: bool = option("Print no progress.", "--quiet", "-q"),
 ) -> int:
     """Find the parameters of a scene of FILE that make an observable least or largest.
 

@@ -33,7 +33,7 @@ PICTURE = Target(".png", ".svg", ".pdf")
 TABLE = Target(".csv")
 
 
-def option_of(record: type, field: str, text: str = "") -> Declared:
+def option_of(record: type, field: str, text: str = "") -> Any:
     """Declare the option that gives a field of a record, by default with the help of its own."""
     known = options_of(record, Where.COMMAND)[field]
     facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}

@@ -1,7 +1,5 @@
 """Linear models 2: print and draw poles and zeros."""
 
-from typing import Annotated
-
 import numpy as np
 
 from bgc.printing.text_tables import Table
@@ -19,7 +17,7 @@ from bgc.values.units import quotient_unit
 def poles(
     channel: ChannelOptions,
     closed: Closed,
-    plot: Annotated[str | None, option("Draw poles and zeros: .png, .svg or .pdf.", type=PICTURE)],
+    plot: str | None = option("Draw poles and zeros: .png, .svg or .pdf.", type=PICTURE),
 ) -> None:
     """Print poles, zeros and static gain of an output of a scene of FILE by an input.
 

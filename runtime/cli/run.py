@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from bgc.diagnostics.diagnostic import as_error
 from bgc.runtime.cli.command import Target, command, option, require
@@ -37,25 +37,20 @@ def run(
     whole: Whole,
     strict: Strict,
     preview: Preview,
-    out: Annotated[
-        str | None,
-        option(
-            "Write the rows: .csv, .npz, .zarr; - for standard output.", type=Target(*FILES, "-")
-        ),
-    ],
-    plot: Annotated[str | None, option("Draw the columns: .png, .svg or .pdf.", type=PICTURE)],
-    panels: Annotated[
-        tuple[str, ...],
-        option(
-            'Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
-            "--panel",
-        ),
-    ],
+    *,
+    out: str | None = option(
+        "Write the rows: .csv, .npz, .zarr; - for standard output.", type=Target(*FILES, "-")
+    ),
+    plot: str | None = option("Draw the columns: .png, .svg or .pdf.", type=PICTURE),
+    panels: tuple[str, ...] = option(
+        'Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
+        "--panel",
+    ),
     devices: Devices,
     method: MethodOptions,
-    shapes: Annotated[bool, option("Record the poses of all shapes in the .npz file.")],
-    realtime: Annotated[bool, option("Run in step with the clock (see bgc haptic).")],
-    quiet: Annotated[bool, option("Print no summary and no progress bar.", "--quiet", "-q")],
+    shapes: bool = option("Record the poses of all shapes in the .npz file."),
+    realtime: bool = option("Run in step with the clock (see bgc haptic)."),
+    quiet: bool = option("Print no summary and no progress bar.", "--quiet", "-q"),
 ) -> int:
     """Simulate a scene of FILE; write and draw what it observes.
 

@@ -1,7 +1,5 @@
 """Understand 4: print the result of one pass of the compiler."""
 
-from typing import Annotated
-
 from bgc.printing.stages import PASSES, needed_for, show_pass
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import SceneOptions, Whole
@@ -12,16 +10,13 @@ from bgc.runtime.cli.printing import print_text
 def show(
     scene: SceneOptions,
     whole: Whole,
-    name: Annotated[
-        str,
-        option(
-            "Name of the pass; an unknown name lists all passes.",
-            "--after",
-            metavar="PASS",
-            default="equations",
-            show_default=True,
-        ),
-    ],
+    name: str = option(
+        "Name of the pass; an unknown name lists all passes.",
+        "--after",
+        metavar="PASS",
+        default="equations",
+        show_default=True,
+    ),
 ) -> None:
     """Print the result of one pass of the compiler for a scene of FILE."""
     chosen = next((known for known in PASSES if known == name), PASSES[0])

@@ -1,7 +1,6 @@
 """Linear models 5: compute and draw a step response of the linear model."""
 
 import math
-from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import bad_duration
 from bgc.printing.text_tables import Table
@@ -19,15 +18,12 @@ def step(
     outputs: Outputs,
     gain: Gain,
     closed: Closed,
-    impulse: Annotated[bool, option("Take a unit impulse instead of a unit step.")],
-    time: Annotated[
-        float | None, option('Duration: "2 s"; by default from the modes.', type=SECONDS)
-    ],
-    out: Annotated[
-        str | None,
-        option("Write the response: .csv, or - for standard output.", type=Target(".csv", "-")),
-    ],
-    plot: Annotated[str | None, option("Draw the response: .png, .svg or .pdf.", type=PICTURE)],
+    impulse: bool = option("Take a unit impulse instead of a unit step."),
+    time: float | None = option('Duration: "2 s"; by default from the modes.', type=SECONDS),
+    out: str | None = option(
+        "Write the response: .csv, or - for standard output.", type=Target(".csv", "-")
+    ),
+    plot: str | None = option("Draw the response: .png, .svg or .pdf.", type=PICTURE),
 ) -> None:
     """Compute the response of the linear model of a scene of FILE to a unit step of an input.
 

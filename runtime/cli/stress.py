@@ -1,7 +1,5 @@
 """Measure 3: drive a scene to its extremes, and map where it fails."""
 
-from typing import Annotated
-
 from bgc.language.solver import Solver
 from bgc.runtime.cli.command import command, option, require
 from bgc.runtime.cli.options import (
@@ -21,33 +19,30 @@ from bgc.runtime.stress.stress_tables import as_json, summary, tables, write_csv
 @command()
 def stress(
     scene: SceneOptions,
-    drives: Annotated[
-        tuple[str, ...],
-        option(
-            'Parameter and its values: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, '
-            '1e-6", "*.lock.stiffness=.." for several at once. May be repeated; by default all are '
-            "driven.",
-            "--drive",
-            metavar="NAME=LOW..HIGH",
-        ),
-    ],
-    grid: Annotated[bool, option("Drive two --drive together, over all pairs of their values.")],
-    solver: Annotated[
-        str | None, option_of(Solver, "name", "Method to judge; by default that of the scene.")
-    ],
-    rtol: Annotated[float | None, option_of(Solver, "rtol", "Relative tolerance of the method.")],
-    step: Annotated[float | None, option_of(Solver, "step", "Step of the method.")],
+    *,
+    drives: tuple[str, ...] = option(
+        'Parameter and its values: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, '
+        '1e-6", "*.lock.stiffness=.." for several at once. May be repeated; by default all are '
+        "driven.",
+        "--drive",
+        metavar="NAME=LOW..HIGH",
+    ),
+    grid: bool = option("Drive two --drive together, over all pairs of their values."),
+    solver: str | None = option_of(
+        Solver, "name", "Method to judge; by default that of the scene."
+    ),
+    rtol: float | None = option_of(Solver, "rtol", "Relative tolerance of the method."),
+    step: float | None = option_of(Solver, "step", "Step of the method."),
     duration: Duration,
-    within: Annotated[
-        float | None,
-        option("Largest acceptable error, as a fraction of the range of a result."),
-    ],
+    within: float | None = option(
+        "Largest acceptable error, as a fraction of the range of a result."
+    ),
     budget: Budget,
-    fresh: Annotated[bool, option("Discard earlier results.")],
-    out: Annotated[str | None, option("Write the results: .csv.", type=TABLE)],
-    plot: Annotated[str | None, option("Draw the map: .png, .svg or .pdf.", type=PICTURE)],
+    fresh: bool = option("Discard earlier results."),
+    out: str | None = option("Write the results: .csv.", type=TABLE),
+    plot: str | None = option("Draw the map: .png, .svg or .pdf.", type=PICTURE),
     json: Json,
-    quiet: Annotated[bool, option("Print the totals only.", "--quiet", "-q")],
+    quiet: bool = option("Print the totals only.", "--quiet", "-q"),
 ) -> int:
     """Drive a scene of FILE to its extremes; map where it holds and fails.
 

@@ -2,7 +2,6 @@
 
 from itertools import islice
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
@@ -40,59 +39,40 @@ Examples (tuned.bg: the manual, "Many runs"):
 @command(epilog=_EPILOG)
 def sweep(
     scene: SceneOptions,
-    varied: Annotated[
-        tuple[str, ...],
-        option(
-            'Values of a parameter: "boom.mass=5..9 t:20" for 20 values, "k=1..100 N/m:5 log", '
-            '"seed=1, 2, 5". May be repeated.',
-            "--vary",
-            metavar="VALUES",
-        ),
-    ],
-    cases: Annotated[
-        str | None, option("CSV file with a column for each parameter.", metavar="FILE")
-    ],
-    sample: Annotated[
-        int | None,
-        option(
-            "Take N points spread over all ranges instead of all combinations.",
-            within=(1, None),
-            metavar="N",
-        ),
-    ],
-    design: Annotated[
-        str,
-        option(
-            "How --sample spreads them; saltelli (N base points) is for Sobol indices.",
-            choices=DESIGNS,
-            default="latin",
-        ),
-    ],
-    seed: Annotated[int, option("Seed of the sample; 0 by default.", default=0)],
-    observed: Annotated[
-        tuple[str, ...],
-        option(
-            'Keep this number of each run, and no rows: "max(tension)", "quantile(x, 0.95)", '
-            '"rms(heave) from 20 s". May be repeated.',
-            "--observe",
-        ),
-    ],
-    rank: Annotated[bool, option("Rank the parameters by their influence.")],
-    out: Annotated[
-        str | None,
-        option(
-            "File to write: .csv, .npz, .zarr (a directory, resumable), or - for standard output.",
-            type=Target(".csv", ".npz", ".zarr", "-"),
-        ),
-    ],
-    plot: Annotated[
-        str | None,
-        option("Draw the observables, or all rows: .png, .svg, .pdf.", type=PICTURE),
-    ],
-    kind: Annotated[str | None, option("Kind of the plot of observables.", choices=STUDY_KINDS)],
+    *,
+    varied: tuple[str, ...] = option(
+        'Values of a parameter: "boom.mass=5..9 t:20" for 20 values, "k=1..100 N/m:5 log", '
+        '"seed=1, 2, 5". May be repeated.',
+        "--vary",
+        metavar="VALUES",
+    ),
+    cases: str | None = option("CSV file with a column for each parameter.", metavar="FILE"),
+    sample: int | None = option(
+        "Take N points spread over all ranges instead of all combinations.",
+        within=(1, None),
+        metavar="N",
+    ),
+    design: str = option(
+        "How --sample spreads them; saltelli (N base points) is for Sobol indices.",
+        choices=DESIGNS,
+        default="latin",
+    ),
+    seed: int = option("Seed of the sample; 0 by default.", default=0),
+    observed: tuple[str, ...] = option(
+        'Keep this number of each run, and no rows: "max(tension)", "quantile(x, 0.95)", '
+        '"rms(heave) from 20 s". May be repeated.',
+        "--observe",
+    ),
+    rank: bool = option("Rank the parameters by their influence."),
+    out: str | None = option(
+        "File to write: .csv, .npz, .zarr (a directory, resumable), or - for standard output.",
+        type=Target(".csv", ".npz", ".zarr", "-"),
+    ),
+    plot: str | None = option("Draw the observables, or all rows: .png, .svg, .pdf.", type=PICTURE),
+    kind: str | None = option("Kind of the plot of observables.", choices=STUDY_KINDS),
     scheduler: Scheduler,
     method: MethodOptions,
-    quiet: Annotated[bool, option("Print no summary and no progress bar.", "--quiet", "-q")],
+    quiet: bool = option("Print no summary and no progress bar.", "--quiet", "-q"),
 ) -> int:
     """Simulate a scene of FILE for many values of its parameters.
 

@@ -1,7 +1,6 @@
 """Measure 2: measure speed against accuracy, and recommend a method."""
 
 import time
-from typing import Annotated
 
 from bgc.runtime.cli.command import Target, Values, command, option
 from bgc.runtime.cli.options import PICTURE, SECONDS, TABLE, Duration, SceneOptions
@@ -23,57 +22,43 @@ _LEAST_SHARE = 0.5  # of the budget, which compiling does not take
 @command()
 def trade(
     scene: SceneOptions,
-    out: Annotated[str | None, option("Write all measurements: .csv.", type=TABLE)],
-    plot: Annotated[
-        str | None,
-        option("Draw error against processor time: .png, .svg or .pdf.", type=PICTURE),
-    ],
-    html: Annotated[
-        str | None, option("Write a page with table and plot: .html.", type=Target(".html"))
-    ],
-    solvers: Annotated[
-        str | None,
-        option("Methods to try: rodas5p,ros34prw; by default all.", metavar="NAMES"),
-    ],
-    rtols: Annotated[
-        list[float] | None,
-        option("Tolerances of adaptive methods: 1e-3,1e-6.", type=Values(""), metavar="NUMBERS"),
-    ],
-    steps: Annotated[
-        list[float] | None,
-        option('Steps of fixed-step methods: "1 ms, 0.5 ms".', type=Values("s"), metavar="TIMES"),
-    ],
-    keeps: Annotated[
-        list[float] | None,
-        option(
-            "Numbers of steps for which a Jacobian is kept: 1,2,5.",
-            "--keep",
-            type=Values(""),
-            metavar="NUMBERS",
-        ),
-    ],
-    variants: Annotated[
-        tuple[str, ...],
-        option(
-            'Variants to measure too: a slot to fill with other types ("*.lock": several slots '
-            'together; "all": each slot by itself), "activity" (without the parts that bgc '
-            'activity finds negligible), or lines of a scene: "use a = B; set c = 0".',
-            metavar="VARIANT",
-        ),
-    ],
+    *,
+    out: str | None = option("Write all measurements: .csv.", type=TABLE),
+    plot: str | None = option(
+        "Draw error against processor time: .png, .svg or .pdf.", type=PICTURE
+    ),
+    html: str | None = option("Write a page with table and plot: .html.", type=Target(".html")),
+    solvers: str | None = option(
+        "Methods to try: rodas5p,ros34prw; by default all.", metavar="NAMES"
+    ),
+    rtols: list[float] | None = option(
+        "Tolerances of adaptive methods: 1e-3,1e-6.", type=Values(""), metavar="NUMBERS"
+    ),
+    steps: list[float] | None = option(
+        'Steps of fixed-step methods: "1 ms, 0.5 ms".', type=Values("s"), metavar="TIMES"
+    ),
+    keeps: list[float] | None = option(
+        "Numbers of steps for which a Jacobian is kept: 1,2,5.",
+        "--keep",
+        type=Values(""),
+        metavar="NUMBERS",
+    ),
+    variants: tuple[str, ...] = option(
+        'Variants to measure too: a slot to fill with other types ("*.lock": several slots '
+        'together; "all": each slot by itself), "activity" (without the parts that bgc '
+        'activity finds negligible), or lines of a scene: "use a = B; set c = 0".',
+        metavar="VARIANT",
+    ),
     duration: Duration,
-    budget: Annotated[
-        float,
-        option(
-            "Longest time for the measurements.",
-            type=SECONDS,
-            default="300 s",
-            show_default=True,
-        ),
-    ],
-    fresh: Annotated[bool, option("Discard earlier measurements.")],
-    everything: Annotated[bool, option("Print all configurations, not only the best.", "--all")],
-    quiet: Annotated[bool, option("Print the recommendation only.", "--quiet", "-q")],
+    budget: float = option(
+        "Longest time for the measurements.",
+        type=SECONDS,
+        default="300 s",
+        show_default=True,
+    ),
+    fresh: bool = option("Discard earlier measurements."),
+    everything: bool = option("Print all configurations, not only the best.", "--all"),
+    quiet: bool = option("Print the recommendation only.", "--quiet", "-q"),
 ) -> None:
     """Measure speed against accuracy for a scene of FILE; recommend a method.
 

@@ -1,7 +1,7 @@
 """Run 2: show a scene in the browser, live, or a recorded run."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.command_server import announce, prepare_serving, serving, wait_for
@@ -37,15 +37,15 @@ def view(
     preview: Preview,
     devices: Devices,
     method: MethodOptions,
-    export: Annotated[
-        str | None,
-        option("Write a replay as one HTML file, and serve nothing.", type=Target(".html", ".htm")),
-    ],
-    port: Annotated[int, option("Port; a free one if omitted.", within=(0, 65535), default=0)],
-    modes: Annotated[bool, option("Show the modes of the linear form, one by one.")],
+    *,
+    export: str | None = option(
+        "Write a replay as one HTML file, and serve nothing.", type=Target(".html", ".htm")
+    ),
+    port: int = option("Port; a free one if omitted.", within=(0, 65535), default=0),
+    modes: bool = option("Show the modes of the linear form, one by one."),
     point: PointOptions,
-    no_browser: Annotated[bool, option("Print the address and open no browser.")],
-    quiet: Annotated[bool, option("Print no progress.", "--quiet", "-q")],
+    no_browser: bool = option("Print the address and open no browser."),
+    quiet: bool = option("Print no progress.", "--quiet", "-q"),
 ) -> int:
     """Show a scene of FILE in the browser: its shapes in 3D, its plots, sliders for its parameters.
 
