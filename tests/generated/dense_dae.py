@@ -57,6 +57,7 @@ class Reference(Starting):
         times = np.linspace(0.0, duration, count + 1)
         x = self.start()
         self.solve(x, 0.0)
+        x = self._after(x, 0.0)
         y = np.concatenate([x, np.zeros(3)])
         nx, s = self.nx, self.s
         latest = time.process_time() + most
@@ -89,6 +90,16 @@ class Reference(Starting):
         scales = {name: scale for name, _, scale in self.raw.observed}
         return Trajectory(times, columns, scales)
 
+    def _after(self, x: np.ndarray, t: float) -> np.ndarray:
+        """The states behind an instant of sampled parts, which all see the values before it."""
+        due = [jump for jump in self._jumps if abs(t / jump[0] - round(t / jump[0])) < 1e-9]
+        if not due:
+            return x
+        z, changed = self.solve(x, t), x.copy()
+        for _, places, values in due:
+            changed[places] = values(x.tolist(), z.tolist(), t)
+        return changed
+
     def _states(
         self,
         slope: Callable[[float, np.ndarray], np.ndarray],
@@ -102,7 +113,12 @@ class Reference(Starting):
         from scipy.integrate import solve_ivp
 
         duration = float(times[-1])
-        points = [0.0, *sorted(b for b in self.raw.breaks if 0 < b < duration), duration]
+        breaks = {b for b in self.raw.breaks if 0 < b < duration}
+        for period, *_ in self._jumps:
+            instants = period * np.arange(1, round(duration / period) + 1)
+            breaks -= {b for b in breaks if np.abs(instants - b).min(initial=np.inf) < 1e-9}
+            breaks |= {float(at) for at in instants if at < duration * (1 - 1e-12)}
+        points = [0.0, *_apart(sorted(breaks)), duration]
         states = np.empty((len(times), len(y)))
         states[0] = y
         # A break belongs to the stretch before it: the stretch after begins an instant later.
@@ -121,8 +137,17 @@ class Reference(Starting):
                 raise NoSolution(found.message)
             for n, k in enumerate(inside):
                 states[k] = found.y[:, n]
-            y = found.y[:, -1]
+            y = found.y[:, -1].copy()
+            y[: self.nx] = self._after(y[: self.nx], end)
+            for k in inside:
+                if abs(times[k] - end) < 1e-9:
+                    states[k] = y
         return states
+
+
+def _apart(times: list[float]) -> list[float]:
+    """Times without those that rounding alone tells from the one before."""
+    return [t for k, t in enumerate(times) if not k or t - times[k - 1] > 1e-9]
 
 
 __all__ = ["IllPosed", "NoSolution", "Reference", "Trajectory"]

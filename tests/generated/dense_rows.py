@@ -128,6 +128,14 @@ class Rows:
         self._observed = compiled("x, z, t", [e for _, e, _ in raw.observed])
         self._slopes = compiled("x, z, t", [s.slope for s in raw.storage])
         self._conditions = compiled("x, z, t", raw.conditions)
+        self._jumps = [
+            (
+                jump.period,
+                [var.index for var in jump.values],
+                compiled("x, z, t", [*jump.values.values()]),
+            )
+            for jump in raw.jumps
+        ]
         guess = np.zeros(self.nz)
         for k, value in raw.guesses.items():
             guess[k] = value

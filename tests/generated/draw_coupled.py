@@ -10,9 +10,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from draw_network import ModelDraw
-from draw_values import Node, Template
+from draw_values import Node, Reading, Template
 from program_laws import DOMAINS, Domain, Quantity, nice, variable
 from program_tree import (
+    PLAIN,
+    SECOND,
+    Apply,
     Bond,
     End,
     Expr,
@@ -21,9 +24,12 @@ from program_tree import (
     Num,
     Own,
     Part,
+    Sampled,
     Step,
+    Time,
     Value,
     call,
+    choose,
     matrix,
     read,
     vector,
@@ -36,7 +42,7 @@ ZERO, ONE = Num(Fraction(0)), Num(Fraction(1))
 class CoupledDraw(ModelDraw):
     """Draws the statements of one model; `stores` are its elements with states."""
 
-    stores: list[tuple[str, str, Domain, int]] = field(default_factory=list)
+    stores: list[tuple[str, str, Node]] = field(default_factory=list)
 
     def network(self, count: int) -> None:
         """A tree of wide nodes, nearly each with a body, joined by moduli that vary."""
@@ -73,6 +79,8 @@ class CoupledDraw(ModelDraw):
     def dress(self, *, small: bool = False) -> None:
         """Gyroscopic forces that depend on flows too."""
         super().dress(small=small)
+        if self.home.wishes.timed and self.stores and self.rng.random() < (0.2 if small else 0.7):
+            self._sampled(*self.rng.choice(self.stores))
         wide = [n for n in self.nodes if n.width > 1 and n.kind == "J1"]
         if wide and self.rng.random() < 0.5:
             self._gyrating(self.rng.choice(wide))
@@ -172,10 +180,10 @@ class CoupledDraw(ModelDraw):
         if choice < 0.35 and flows:
             return self._of_size(*self._component(rng.choice(flows), "f"))
         if choice < 0.5 and self.stores:
-            name, letter, domain, width = rng.choice(self.stores[-3:])
-            component = rng.randint(1, width) if width > 1 else None
+            name, letter, node = rng.choice(self.stores[-3:])
+            component = rng.randint(1, node.width) if node.width > 1 else None
             value = read(name, letter, component=component)
-            return self._of_size(value, variable(domain, letter))
+            return self._of_size(value, variable(node.domain, letter))
         return self._angle()
 
     def _component(self, node: Node, letter: str) -> tuple[Expr, Quantity]:
@@ -188,6 +196,10 @@ class CoupledDraw(ModelDraw):
 
     def _positive(self, u: Expr) -> Expr:
         """A number above a third, whatever u is."""
+        if self.home.wishes.timed and self.rng.random() < 0.3:
+            number = Quantity(ONE.value, PLAIN)
+            values = [Num(nice(self.rng, ONE.value, 0.5, 2.0)) for _ in range(5)]
+            return self._curve(number, values, "hold", u, ["linear", "pchip"])
         return self.rng.choice(
             [
                 Fraction(3, 2) + call("sin", u),
@@ -227,6 +239,63 @@ class CoupledDraw(ModelDraw):
                     table[i][j] = ZERO if entry is ZERO else size * entry
         return matrix(table)
 
+    # --- tables and sampled parts -------------------------------------------------------
+
+    def _curve(
+        self, of: Quantity, values: list[Num], outside: str, u: Expr, methods: list[str]
+    ) -> Expr:
+        """A curve through the values at knots about zero."""
+        middle = len(values) // 2
+        apart = nice(self.rng, of.size, 0.3, 1.0)
+        knots = [Num((k - middle) * apart, of.unit) for k in range(len(values))]
+        op = f"interpolate {self.rng.choice(methods)} {outside}"
+        return Apply(op, (vector(*knots), vector(*values), u))
+
+    def _growing(self, of: Quantity, to: Quantity, u: Expr) -> Expr:
+        """A curve that grows with u and vanishes with it, with a slope everywhere."""
+        steps = [nice(self.rng, to.size, 0.4, 1.2) for _ in range(4)]
+        values = [-steps[0] - steps[1], -steps[1], Fraction(0), steps[2], steps[2] + steps[3]]
+        numbers = [Num(value, to.unit) for value in values]
+        return self._curve(of, numbers, "extrapolate", u, ["linear", "pchip"])
+
+    def _laws(
+        self, left: str, right: str, to: Quantity, of: Quantity, width: int, *, gentle: bool
+    ) -> tuple[Law, ...]:
+        if not self.home.wishes.timed or self.rng.random() < 0.6:
+            return super()._laws(left, right, to, of, width, gentle=gentle)
+        if width == 1:
+            return (Law(left, self._growing(of, to, Own(right))),)
+        return tuple(
+            Law(left, self._growing(of, to, Own(right, k + 1)), k + 1) for k in range(width)
+        )
+
+    def _sampled(self, name: str, letter: str, node: Node) -> None:
+        """A source that a sampled part sets, beside one that switches at an instant of it."""
+        rng, kind = self.rng, "Se" if letter == "p" else "Sf"
+        if (kind == "Se") != (node.kind == "J1"):
+            return
+        to, of = variable(node.domain, kind[1]), variable(node.domain, letter)
+        period = Fraction(rng.choice([1, 2, 3, 5]), 10)
+        component = rng.randint(1, node.width) if node.width > 1 else None
+        error = self.coefficient(of.size, of.unit) - read(name, letter, component=component)
+        gain = self.coefficient(to.size / of.size / 4, to.unit / of.unit)
+        state, output = self.home.fresh("count"), self.home.fresh("held")
+        following = read(state) / 2 + gain * error
+        command = read(state) + gain * error * rng.choice([1, 2])
+        start = Num(nice(rng, to.size), to.unit)
+        self.add(Sampled(output, to.unit, command, state, start, following, period))
+        for value in (state, output):
+            self.readings.append(Reading((Step(value),), to))
+        when = Num(period * rng.randint(1, 4), SECOND)
+        size = self.coefficient(to.size, to.unit)
+        switched = choose(call("<", Time(), when), size, -size / 2)
+        commands: list[Expr] = [switched] * node.width
+        commands[(component or 1) - 1] = read(output)
+        value = commands[0] if node.width == 1 else vector(*commands)
+        source = self.home.fresh("servo")
+        self.add(Part(source, kind, (node.width,), ((kind[1], value),), varies=True))
+        self.bond(End((Step(source),)), node.end)
+
     # --- elements -----------------------------------------------------------------------
 
     def element(self, kind: str, node: Node) -> None:
@@ -239,7 +308,7 @@ class CoupledDraw(ModelDraw):
                 for s in self.statements[before:]
                 if isinstance(s, Part) and s.type == kind and s.index is None
             )
-            self.stores.append((part.name, letter, node.domain, node.width))
+            self.stores.append((part.name, letter, node))
 
     def _linear(self, to: Quantity, of: Quantity, width: int, *, symmetric: bool) -> Expr:
         """Mostly a full matrix, the diagonal of which outweighs each row."""

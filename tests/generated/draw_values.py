@@ -87,6 +87,7 @@ class Wishes:
     initials: bool = True
     size: int = 5
     coupled: bool = False
+    timed: bool = False
 
 
 class Home(Protocol):

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from curves import OPERATORS, function, is_curve
 from program_tree import Apply, Expr, Num, Time, call, expr
 
 
@@ -77,6 +78,10 @@ def derivative(e: Expr, by: Expr) -> Expr:
                 return ZERO
             first = Apply("<" if op == "min" else ">", (a, b))
             return Apply("if", (first, da, db))
+        case Apply(op=op, args=(xs, ys, u)) if is_curve(op):
+            inner = derivative(u, by)
+            slope = Apply(op.replace("interpolate", "slope"), (xs, ys, u))
+            return ZERO if inner == ZERO else simple("*", slope, inner)
         case Apply(op=op, args=(a,)):
             inner = derivative(a, by)
             return ZERO if inner == ZERO else simple("*", FUNCTIONS[op][1](a), inner)
@@ -138,6 +143,8 @@ def linear_form(e: Expr) -> tuple[dict[Var, float], float] | None:
             if left is None or right is None or right[0]:
                 return None
             return {v: c / right[1] for v, c in left[0].items()}, left[1] / right[1]
+        case Apply(op=op) if is_curve(op):
+            return None if variables(e) else ({}, evaluate(e, {}, 0.0))
         case Apply(op=op, args=args):
             forms = [linear_form(a) for a in args]
             if any(f is None or f[0] for f in forms):
@@ -163,13 +170,15 @@ def python(e: Expr) -> str:
             return f"({python(a)} if {python(c)} else {python(b)})"
         case Apply(op=op, args=(a, b)) if op in ("+", "-", "*", "/", *COMPARISONS):
             return f"({python(a)} {op} {python(b)})"
+        case Apply(op="vector", args=args):
+            return f"({', '.join(python(a) for a in args)},)"
         case Apply(op=op, args=args):
-            return f"{op}({', '.join(python(a) for a in args)})"
+            return f"{op.replace(' ', '_')}({', '.join(python(a) for a in args)})"
     raise AssertionError(e)
 
 
 NAMES: dict[str, object] = {name: pair[0] for name, pair in FUNCTIONS.items()}
-NAMES |= {"min": min, "max": max}
+NAMES |= {"min": min, "max": max} | {op.replace(" ", "_"): function(op) for op in OPERATORS}
 
 
 def evaluate(e: Expr, values: dict[Var, float], t: float) -> float:

@@ -28,7 +28,7 @@ def with_all_observed(program: Program) -> Program:
 def _named(inst: Instance) -> Iterator[Expr]:
     path = _steps(inst.path)
     for value in inst.values.values():
-        if value.word in ("state", "unknown", "signal", "output"):
+        if value.word in ("state", "unknown", "signal", "output", "held"):
             for k in range(value.shape or 1):
                 component = k + 1 if value.shape else None
                 yield read(*path, Step(value.name), component=component)

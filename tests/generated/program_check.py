@@ -116,13 +116,14 @@ def check_seed(seed: int, *, variants: int = 2) -> Outcome:
 def check_equations(seed: int, *, variants: int = 0) -> Outcome:
     """The outcome of a seed by its equations, and the processor time that it took.
 
-    A program that the compiler refuses for its initial values is checked without them too.
+    A program that is refused for its initial values, or that the reference finds ill-posed for
+    them, is checked without them too.
     """
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         program, place = draw_program(seed), Path(folder)
         kind, about = by_equations(program, place, variants)
-        if about.startswith("BG516"):
+        if about.startswith("BG516") or (kind == "ill" and "initial values" in about):
             if kind == "refused":
                 return Outcome(seed, kind, about, time.process_time() - began)
             bare = draw_program(seed, initials=False)

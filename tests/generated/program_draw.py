@@ -38,6 +38,8 @@ from program_tree import (
 
 COUPLED = 100_000  # the first of the seeds with wide bodies and moduli that read flows
 
+TIMED = 200_000  # the first of those with tables and sampled parts too
+
 
 class Drawer:
     """Draws one program."""
@@ -168,8 +170,9 @@ class Drawer:
 
 
 def draw_program(seed: int, *, initials: bool = True) -> Program:
-    """The program of a seed; from `COUPLED` on its parts depend on each other."""
-    return Drawer(seed, Wishes(initials, coupled=seed >= COUPLED)).program(seed)
+    """The program of a seed; `COUPLED` and `TIMED` are the first seeds with further features."""
+    wishes = Wishes(initials, coupled=seed >= COUPLED, timed=seed >= TIMED)
+    return Drawer(seed, wishes).program(seed)
 
 
-__all__ = ["COUPLED", "draw_program"]
+__all__ = ["COUPLED", "TIMED", "draw_program"]

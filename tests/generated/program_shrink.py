@@ -20,6 +20,7 @@ from program_tree import (
     Model,
     Part,
     Program,
+    Sampled,
     Statement,
     Value,
 )
@@ -63,8 +64,9 @@ def _smaller(program: Program) -> Iterator[Program]:
         yield replace(program, models=models, interfaces=interfaces)
     for model in program.models:
         for s in model.statements:
-            if isinstance(s, Part | Value | Assign):
+            if isinstance(s, Part | Value | Assign | Sampled):
                 yield _without(program, model, s)
+                yield _without(program, model, s, alone=True)
         for k, s in enumerate(model.statements):
             if isinstance(s, Bond | For | Equation):
                 yield _with_statement(program, model, k)
@@ -97,22 +99,30 @@ def signature(kind: str, about: str) -> str:
     return " ".join([kind, *(said if kind != "agrees" else [])])
 
 
-def _without(program: Program, model: Model, gone: Statement) -> Program:
-    """The program without a declaration and all that mentions its name."""
+def _without(program: Program, model: Model, gone: Statement, *, alone: bool = False) -> Program:
+    """The program without a declaration and all that mentions its name.
+
+    With `alone` the parts to which no bond leads then go with it.
+    """
     mark = f"name='{gone.name}'"  # type: ignore[union-attr]
     kept = tuple(s for s in model.statements if mark not in repr(s))
+    marks = {mark}
+    if alone:
+        bonds = repr([s for s in kept if isinstance(s, Bond | For)])
+        names = {f"name='{s.name}'" for s in kept if isinstance(s, Part)}
+        marks |= {name for name in names if name not in bonds}
+
+    def clean(thing: object) -> bool:
+        return not any(mark in repr(thing) for mark in marks)
+
     models = tuple(
-        replace(m, statements=kept)
-        if m is model
-        else replace(m, statements=tuple(s for s in m.statements if mark not in repr(s)))
-        for m in program.models
+        replace(m, statements=tuple(s for s in m.statements if clean(s))) for m in program.models
     )
     scene = program.scene
-    observed = tuple(o for o in scene.observed if mark not in repr(o))
     return replace(program, models=models).with_scene(
-        observed=observed,
-        sets=tuple(s for s in scene.sets if mark not in repr(s)),
-        drives=tuple(s for s in scene.drives if mark not in repr(s)),
+        observed=tuple(o for o in scene.observed if clean(o)),
+        sets=tuple(s for s in scene.sets if clean(s)),
+        drives=tuple(s for s in scene.drives if clean(s)),
     )
 
 

@@ -6,8 +6,11 @@ import random
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TypeVar
 
+from curves import is_curve
 from program_tree import (
+    SECOND,
     Apply,
     Assign,
     Bond,
@@ -23,6 +26,7 @@ from program_tree import (
     Port,
     Program,
     Read,
+    Sampled,
     Scene,
     Statement,
     Step,
@@ -42,6 +46,8 @@ WORDS: dict[str, list[tuple[str, Fraction]]] = {
     "Pa": [("Pa", Fraction(1)), ("kPa", Fraction(1000)), ("bar", Fraction(100000))],
     "rad": [("rad", Fraction(1)), ("mrad", Fraction(1, 1000))],
 }
+
+_Item = TypeVar("_Item")
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,10 @@ class Writer:
                 return f"(if {self.text(a)} then {self.text(b)} else {self.text(c)})"
             case Apply(op="^", args=(a, b)):
                 return f"({self.text(a)})^{self.text(b)}"
+            case Apply(op=op, args=args) if is_curve(op):
+                _, method, outside = op.split()
+                data = ", ".join(self.text(a) for a in args)
+                return f"interpolate({data}, method = {method}, outside = {outside})"
             case Apply(op=op, args=(a, b)) if not op[0].isalpha():
                 return f"{self.atom(a)} {op} {self.atom(b)}"
             case Apply(op=op, args=args):
@@ -175,6 +185,8 @@ class Writer:
                 return [f"{indent}port {self.name(name)}{wide} {direction};"]
             case Part():
                 return [indent + self.part(s)]
+            case Sampled():
+                return [indent + line for line in self.sampled(s)]
             case Bond(tail=tail, head=head):
                 a, b = self.end(tail), self.end(head)
                 return [f"{indent}{a} -> {b};"]
@@ -218,6 +230,16 @@ class Writer:
             return f"{text} {{ {laws} }}"
         return text + ";"
 
+    def sampled(self, s: Sampled) -> list[str]:
+        of = f" : {_unit_text(s.unit)}" if s.unit.powers else ""
+        inside = [
+            f"state {self.name(s.state)}{of} = {self.text(s.start)};",
+            f"next({self.name(s.state)}) = {self.text(s.following)};",
+            f"output {self.name(s.name)}{of} = {self.text(s.value)};",
+        ]
+        head = f"sample {self.number(s.period, SECOND)} {{"
+        return [head, *(f"  {line}" for line in self.order(inside)), "}"]
+
     def type_use(self, s: Part) -> str:
         element = s.type in _ELEMENTS
         text = ("M" if s.varies else "") + s.type if element else self.name(s.type)
@@ -250,7 +272,7 @@ class Writer:
 
     # --- declarations -------------------------------------------------------------------
 
-    def order(self, items: Iterable[Statement]) -> list[Statement]:
+    def order(self, items: Iterable[_Item]) -> list[_Item]:
         listed = list(items)
         if self.style.shuffled:
             self.rng.shuffle(listed)

@@ -237,13 +237,26 @@ class For:
 
 
 @dataclass(frozen=True)
+class Sampled:
+    """A sampled part: at multiples of the period, in s, `next(state) = following` and an output."""
+
+    name: str  # of the output
+    unit: Unit
+    value: Expr
+    state: str
+    start: Expr
+    following: Expr
+    period: Fraction
+
+
+@dataclass(frozen=True)
 class Port:
     name: str
     direction: str  # in, out
     width: int
 
 
-Statement: TypeAlias = Value | Assign | Equation | Part | Bond | For | Port
+Statement: TypeAlias = Value | Assign | Equation | Part | Bond | For | Port | Sampled
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from program_tree import (
     Part,
     Port,
     Program,
+    Sampled,
     Statement,
     Value,
 )
@@ -42,6 +43,14 @@ class Storage:
 
 
 @dataclass
+class Jump:
+    """Held values, differential variables that stand still, and what each becomes at instants."""
+
+    period: float
+    values: dict[Var, Expr]
+
+
+@dataclass
 class Raw:
     """All equations of a program: rows are residuals, `rate[k]` is the z that is x[k]'."""
 
@@ -59,6 +68,11 @@ class Raw:
     observed: list[tuple[str, Expr, float]] = field(default_factory=list)
     guesses: dict[int, float] = field(default_factory=dict)  # of z
     breaks: set[float] = field(default_factory=set)
+    jumps: list[Jump] = field(default_factory=list)
+
+    @property
+    def held(self) -> set[Var]:
+        return {var for jump in self.jumps for var in jump.values}
 
     def new_z(self, name: str) -> Var:
         self.z_names.append(name)
@@ -145,6 +159,9 @@ class Opening:
                     inst.values[name] = s
                 case Port(name=name):
                     inst.ports[name] = s
+                case Sampled():
+                    inst.values[s.state] = Value("held", s.state, s.unit, s.start)
+                    inst.values[s.name] = Value("held", s.name, s.unit)
 
     def _build(
         self, statements: Sequence[Statement], inst: Instance, loops: dict[str, int]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from curves import is_curve
 from flat_expressions import ZERO, Var, evaluate, variables
 from flat_lists import (
     Flat,
@@ -21,11 +22,12 @@ from program_tree import (
     Num,
     Own,
     Read,
+    Sampled,
     Step,
     Time,
 )
 from raw_bonds import Joining
-from raw_instances import Element, Instance, Unconnected
+from raw_instances import Element, Instance, Jump, Unconnected
 
 
 class Values(Joining):
@@ -38,6 +40,9 @@ class Values(Joining):
     def _laws(self, inst: Instance) -> None:
         """Rows of the plain equations of an instance and of its parts."""
         for name, value in inst.values.items():
+            if value.word == "held":
+                (var,) = items_of(self._value(name, inst))
+                self.raw.row(f"held {name}", self.raw.rate[var.index])
             if value.word == "state":
                 self._value(name, inst)
                 for k, var in enumerate(items_of(inst.known[name])):
@@ -51,6 +56,10 @@ class Values(Joining):
                         found = self._scalar(rate, inst, {})
                         self.raw.row(f"der({name})", self.raw.rate[var.index] - found)
         for s in inst.model.statements:
+            if isinstance(s, Sampled):
+                pairs = ((s.state, s.following), (s.name, s.value))
+                values = {inst.known[n]: self._scalar(e, inst, {}) for n, e in pairs}
+                self.raw.jumps.append(Jump(float(s.period), values))  # type: ignore[arg-type]
             if isinstance(s, Equation):
                 left, right = (self._scalar(e, inst, {}) for e in (s.left, s.right))
                 self.raw.row("equation", left - right)
@@ -64,7 +73,7 @@ class Values(Joining):
         value = inst.values[name]
         path = f"{inst.path}.{name}" if inst.path else name
         found: Flat
-        if value.word == "state":
+        if value.word in ("state", "held"):
             start = ZERO if value.value is None else self._resolve(value.value, inst, {})
             count = value.shape or 1
             starts = items_of(start) * (count if not isinstance(start, list) else 1)
@@ -142,6 +151,8 @@ class Values(Joining):
                 return whole_value[self._index(component, inst, loops) - 1]
             case Apply(op="vector" | "matrix", args=args):
                 return [self._resolve(a, inst, loops, own) for a in args]
+            case Apply(op=op, args=(xs, ys, u)) if is_curve(op):
+                return Apply(op, (xs, ys, self._scalar(u, inst, loops, own)))
             case Apply(op=op, args=args):
                 if op in ("<", ">", "<=", ">=") and Time() in args:
                     other = next(a for a in args if a != Time())

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from curves import curve, is_curve
 from flat_expressions import COMPARISONS, Var
 from program_tree import Apply, Expr, Num, Time
 from scipy.special import erf
@@ -53,6 +54,12 @@ def sized(e: Expr, values: Mapping[Var, Sized], t: np.ndarray) -> Sized:
             value, size = sized(a, values, t)
             power = float(n)
             return value**power, np.abs(power * value ** (power - 1)) * size
+        case Apply(op=op, args=(Apply(args=xs), Apply(args=ys), u)) if is_curve(op):
+            data = [tuple(float(n.value) for n in part) for part in (xs, ys)]  # type: ignore[attr-defined]
+            value, size = sized(u, values, t)
+            slope = curve(op.replace("interpolate", "slope"), *data, value)
+            found = curve(op, *data, value)
+            return found, np.abs(slope) * size + np.abs(found)
         case Apply(op=op, args=(a, b)):
             return _of_two(op, sized(a, values, t), sized(b, values, t))
         case Apply(op="sign", args=(a,)):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from curves import OPERATORS, curve
 from dense_pencil import is_singular
 from equation_check import check_columns
 from observed_variables import with_all_observed
@@ -24,7 +25,7 @@ from program_check import (
     by_reference,
     program_of,
 )
-from program_draw import draw_program
+from program_draw import COUPLED, TIMED, draw_program
 from program_ends import cut_before, vanishing
 from program_loops import loop_differences
 from program_modes import slope_errors
@@ -38,6 +39,7 @@ from raw_equations import raw_equations
 import bgc
 
 pytestmark = pytest.mark.slow
+SAMPLED = 200039  # a seed with a sampled part and a switch at an instant of it
 SEEDS = (2, 4, 5, 6, 7, 10, 17, 20, 22, 29, 32, 33, 34, 41, 43, 46, 48, 51, 52, 53, 54, 55, 62)
 
 
@@ -142,6 +144,34 @@ def test_a_program_with_coupled_parts_satisfies_all_equations(seed: int, tmp_pat
     assert (kind, about) == ("agrees", about)
 
 
+def test_sampled_parts_and_switches_at_their_instants(tmp_path: Path) -> None:
+    """By the reference, and by equations; a value held one row longer is seen."""
+    program = program_of(SAMPLED)
+    assert "sample " in write(program) and "if time <" in write(program)
+    assert by_reference(program, tmp_path, variants=0, most=60.0)[0] == "agrees"
+    program = with_all_observed(program).with_scene(rows=ROWS)
+    raw, duration = raw_equations(program), float(program.scene.duration)
+    columns = run_text(write(program), tmp_path)
+    assert check_columns(raw, columns, duration).residual <= RESIDUAL
+    missed = set()
+    for name in [name for name, e, _ in raw.observed if e in raw.held]:
+        late = np.concatenate([columns[name][:1], columns[name][:-1]])
+        found = check_columns(raw, columns | {name: late}, duration)
+        assert found.residual > RESIDUAL
+        missed.add(found.row.split()[0])
+    assert missed == {"held", "servo"}  # the state of the part, and its output in a source
+
+
+@pytest.mark.parametrize("op", OPERATORS)
+def test_curves_have_the_slopes_of_their_differences(op: str) -> None:
+    xs, ys = (-2.0, -0.5, 1.0, 2.5), (3.0, -1.0, 0.5, 0.7)
+    u = np.linspace(-3.02, 3.48, 40)
+    value, slope = op.replace("slope", "interpolate"), op.replace("interpolate", "slope")
+    expected = (curve(value, xs, ys, u + 1e-6) - curve(value, xs, ys, u - 1e-6)) / 2e-6
+    np.testing.assert_allclose(curve(slope, xs, ys, u), expected, atol=1e-5)
+    np.testing.assert_allclose(curve(value, xs, ys, np.array(xs)), ys, atol=1e-12)
+
+
 FEATURES = {
     "a full matrix of six inertias": r"I\[6\]\(.*\[(\[.*\], ){5}\[.*\]\]",
     "a matrix of one column": r"MTF\[1, [2-6]\] \{ f2 = ",
@@ -155,11 +185,21 @@ FEATURES = {
 }
 
 
-@pytest.mark.parametrize("feature", FEATURES)
-def test_seeds_of_coupled_parts_have_each_feature(feature: str) -> None:
+TIMED_FEATURES = {
+    "a table as a law": r"[CIR] .*\{ [ef] = interpolate\(",
+    "a table as a modulus": r"M(TF|GY).*\* interpolate\(",
+    "a sampled part": r"sample 0.\d s \{\n.*\n.*\n.*\n  \}",
+    "a switch at an instant": r"MS[ef].*if time < \d.\d s then.*held",
+}
+
+
+@pytest.mark.parametrize("first", [COUPLED, TIMED])
+@pytest.mark.parametrize("feature", [*FEATURES, *TIMED_FEATURES])
+def test_seeds_of_coupled_parts_have_each_feature(feature: str, first: int) -> None:
     """One of forty programs or more has it; the network around it is drawn anew each time."""
-    texts = [write(draw_program(seed)) for seed in range(100_000, 100_120)]
-    assert sum(re.search(FEATURES[feature], text) is not None for text in texts) >= 3
+    texts = [write(draw_program(seed)) for seed in range(first, first + 120)]
+    found = sum(re.search((FEATURES | TIMED_FEATURES)[feature], text) is not None for text in texts)
+    assert found >= 3 if feature in FEATURES or first == TIMED else found == 0
 
 
 def test_models_of_coupled_parts_are_nested() -> None:
