@@ -13,8 +13,8 @@ from bgc.equations.closures.dense import (
     independent_rows,
     least_change,
 )
-from bgc.equations.inertias.inertia_audit import motion_without_inertia
 from bgc.equations.inertias.rank import _flows_left
+from bgc.equations.storage.constrained_energy import soft_motion
 
 
 def dependent(seed):
@@ -94,5 +94,5 @@ def test_what_rounded_data_leave_over_is_neither_a_row_nor_a_mass():
     assert independent_rows([[1.0, 0.0], [0.0, 1e-7]], 1e-7, empty=1e-6) == [0]
     assert independent_rows([[1.0, 0.0], [0.0, 1e-5]], 1e-7, empty=1e-6) == [0, 1]
     assert independent_rows([[1.0, 0.0], [0.0, 1e-8]], 1e-7) == [0, 1]
-    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-14]], 1e-9, 1e-14) == [0.0, 1.0]
-    assert motion_without_inertia([[49.0, 0.0], [0.0, 4e-12]], 1e-9, 1e-14) is None
+    assert soft_motion([[49.0, 0.0], [0.0, 4e-14]], [49.0, 4e-14], 1e-9, 49e-14) == [0.0, 1.0]
+    assert soft_motion([[49.0, 0.0], [0.0, 4e-12]], [49.0, 4e-12], 1e-9, 49e-14) is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.quadratic import (
     Definition,
@@ -24,6 +25,7 @@ from bgc.algebra.quadratic import (
     minimise,
     minimise_in_order,
 )
+from bgc.equations.storage.constrained_energy import ConstrainedEnergy, is_minimum
 
 
 class Problem:
@@ -125,6 +127,32 @@ def test_both_orders_give_the_minimum(seed: int, free: int, defined: int, known:
         found = problem.solve(minima, given_values)
         actual = np.array([found[k] for k in range(free)])
         np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 6), st.integers(0, 12), st.integers(0, 2))
+def test_the_check_in_numbers_finds_each_wrong_part(
+    seed: int, free: int, defined: int, known: int
+) -> None:
+    problem = random_problem(seed, free, defined, known)
+    dag, rng = problem.dag, random.Random(seed)
+    energy = ConstrainedEnergy(problem.form, problem.definitions, range(free))
+    minima = minimise(dag, Fingerprints(dag), energy.form, energy.definitions, energy.free)
+    numbers = Evaluator(dag, problem.values.__getitem__)
+    assert is_minimum(numbers, energy, minima)
+    place = rng.randrange(free)
+    right = minima[place]
+    wrong = [
+        replace(right, offset=dag.neg(right.offset)),
+        replace(right, pivot=dag.neg(right.pivot)),
+    ]
+    if right.row:
+        k = rng.choice(list(right.row))
+        wrong.append(replace(right, row={**right.row, k: dag.neg(right.row[k])}))
+    for one in wrong:
+        changed = [*minima[:place], one, *minima[place + 1 :]]
+        different = numbers.value(right.offset) or len(right.row) > 0
+        assert not different or not is_minimum(numbers, energy, changed)
 
 
 def chain(length: int) -> tuple[Problem, list[int]]:

@@ -2,7 +2,7 @@
 
 The rows of the elimination are used as they are: `N` is never multiplied out. Flows are propagated
 forward through them, momenta and efforts backward. Where a modulus varies, the momentum behind it
-exerts a force on the flow before it.
+exerts a force on the flow before it (`turning.py`).
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 
-from bgc.algebra.dag import Level
-from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
+from bgc.algebra.linalg import identity
+from bgc.algebra.quadratic import Definition, Form, Row
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.inertias.rank import has_constant_rank
+from bgc.equations.storage.constrained_energy import ConstrainedEnergy, eliminate
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind
@@ -23,32 +24,54 @@ from bgc.ir.program import Divisor
 _NAMED = 3  # elements at most
 
 
+def kinetic_energy(
+    variables: Variables, elements: Sequence[StorageElement], flows: Sequence[int]
+) -> ConstrainedEnergy:
+    """`1/2 f' M f` over the classes of the elements' ports; `flows` of the basis are free.
+
+    M is the identity for a law that is not linear: what such an inertia does not store is moved by
+    no flow.
+    """
+    dag, causal = variables.dag, variables.causal
+    matrix: dict[int, Row] = {}
+    for element in elements:
+        capacity = element.law.capacity or identity(dag, len(element.ports))
+        for port, other in product(inertias_of(element), repeat=2):
+            i, j = sorted((port.port.position, other.port.position))
+            entry = capacity[i][j]
+            if port.port.through_sign != other.port.through_sign:
+                entry = dag.neg(entry)
+            row = matrix.setdefault(causal.class_of[port.port.bond], {})
+            column = causal.class_of[other.port.bond]
+            row[column] = dag.add(row.get(column, dag.zero), entry)
+    kept = {k: {j: x for j, x in row.items() if x != dag.zero} for k, row in matrix.items()}
+    return ConstrainedEnergy(
+        Form(kept, {}),
+        _definitions_of(variables, elements, flows),
+        [causal.basis[k].bond_class for k in flows],
+    )
+
+
 def reduced_flows(
-    variables: Variables, group: Group, momenta: Mapping[int, Node]
-) -> dict[int, Node]:
+    variables: Variables, group: Group, energy: ConstrainedEnergy, momenta: Mapping[int, Node]
+) -> dict[int, Node] | None:
     """`u = (N' M N)^-1 (pi - N' M N_s s)` over the independent flows of a group.
 
-    `momenta` gives pi. The flows come as raw nodes in each other and in other flows.
+    `momenta` gives pi. The flows come as raw nodes in each other and in other flows. None where
+    they fail the check.
 
     Raises
     ------
     SingularFormError
         The common inertia is always singular.
     """
-    dag, causal = variables.dag, variables.causal
-    number_of = {k: causal.basis[k].bond_class for k in momenta}
-    form = _kinetic_energy(variables, group.elements)
-    form.vector.update({number_of[k]: node for k, node in momenta.items()})
-    minima = minimise(
-        dag,
-        causal.fingerprints,
-        form,
-        _definitions_of(variables, group.elements, group.flows),
-        list(number_of.values()),
-    )
-    nodes = {minimum.variable: _value(variables, minimum) for minimum in minima}
-    _watch_pivots(variables, group, [minimum.pivot for minimum in minima])
-    return {k: nodes[number] for k, number in number_of.items()}
+    number_of = dict(zip(group.flows, energy.free, strict=True))
+    energy.form.vector.update({number_of[k]: node for k, node in momenta.items()})
+    found = eliminate(variables, energy, variables.symbols.of_class)
+    if found is None:
+        return None
+    _watch_pivots(variables, group, found.pivots)
+    return {k: found.values[number] for k, number in number_of.items()}
 
 
 def _watch_pivots(variables: Variables, group: Group, pivots: Sequence[Node]) -> None:
@@ -62,30 +85,6 @@ def _watch_pivots(variables: Variables, group: Group, pivots: Sequence[Node]) ->
             what = f"the inertia of {names}, seen from the flow that moves it,"
         span = group.elements[0].storage.span
         variables.raw_divisors += [Divisor(node, what, span) for node in doubtful]
-
-
-def _value(variables: Variables, minimum: Minimum) -> Node:
-    dag, symbols = variables.dag, variables.symbols
-    known = dag.sum(dag.mul(c, symbols.of_class(other)) for other, c in minimum.row.items())
-    return dag.div(dag.sub(minimum.offset, known), minimum.pivot)
-
-
-def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) -> Form:
-    """`1/2 f' M f` over the classes of the elements' ports."""
-    dag, class_of = variables.dag, variables.causal.class_of
-    matrix: dict[int, Row] = {}
-    for element in elements:
-        assert element.law.capacity is not None
-        for port, other in product(inertias_of(element), repeat=2):
-            i, j = sorted((port.port.position, other.port.position))
-            entry = element.law.capacity[i][j]
-            if port.port.through_sign != other.port.through_sign:
-                entry = dag.neg(entry)
-            row = matrix.setdefault(class_of[port.port.bond], {})
-            column = class_of[other.port.bond]
-            row[column] = dag.add(row.get(column, dag.zero), entry)
-    kept = {k: {j: x for j, x in row.items() if x != dag.zero} for k, row in matrix.items()}
-    return Form(kept, {})
 
 
 def _definitions_of(
@@ -145,37 +144,6 @@ def flow_definitions(variables: Variables) -> dict[int, Definition]:
     return found
 
 
-def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> dict[int, Node]:
-    """`N' bias - (dN/dt)' p` of merged inertias, as forces on the classes where they arise.
-
-    A varying modulus c has behind it the momentum P of all inertias beyond; it exerts the force
-    `-c' P` (c' the rate of c) on the class before it. The rows propagate these forces like those
-    of elements.
-    """
-    dag, causal = variables.dag, variables.causal
-    momenta: dict[int, Node] = {}
-    forces: dict[int, Node] = {}
-
-    def collect(totals: dict[int, Node], number: int, node: Node) -> None:
-        totals[number] = dag.add(totals.get(number, dag.zero), node)
-
-    for element in elements:
-        for port in inertias_of(element):
-            number, sign = causal.class_of[port.port.bond], port.port.through_sign
-            collect(momenta, number, variables.symbols.turned(port.state, sign))
-            collect(forces, number, variables.symbols.turned(port.bias, sign))
-    for step, definition in zip(causal.steps, flow_definitions(variables).values(), strict=True):
-        behind = momenta.get(definition.variable, dag.zero)
-        if behind == dag.zero:
-            continue
-        for number, modulus in definition.row.items():
-            collect(momenta, number, dag.mul(modulus, behind))
-            if dag.level[modulus] > Level.PARAM:
-                turning = variables.rate_of(modulus, causal.rows[step.row].element)
-                collect(forces, number, dag.neg(dag.mul(turning, behind)))
-    return forces
-
-
 def momenta_of(
     variables: Variables, elements: Sequence[StorageElement], flows: Mapping[int, Node]
 ) -> dict[int, Node]:
@@ -184,19 +152,19 @@ def momenta_of(
     Independent flow -> its flow gives independent flow -> its momentum.
     """
     dag, basis = variables.dag, variables.causal.basis
-    definitions = _definitions_of(variables, elements, flows)
+    energy = kinetic_energy(variables, elements, list(flows))
     values = {
         independent.bond_class: flows[k] if k in flows else variables.independent(k)
         for k, independent in enumerate(basis)
         if k in flows or independent.kind is BasisKind.FLOW_SOURCE
     }
-    for definition in reversed(definitions):
+    for definition in reversed(energy.definitions):
         terms = definition.row.items()
         values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in terms)
     momenta: dict[int, Node] = {}
-    for number, row in _kinetic_energy(variables, elements).matrix.items():
+    for number, row in energy.form.matrix.items():
         momenta[number] = dag.sum(dag.mul(m, values[k]) for k, m in row.items())
-    for definition in definitions:
+    for definition in energy.definitions:
         behind = momenta.get(definition.variable, dag.zero)
         for number, c in definition.row.items():
             momenta[number] = dag.add(momenta.get(number, dag.zero), dag.mul(c, behind))

@@ -15,10 +15,14 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
-from bgc.equations.inertias.flows import reduced_flows, turning_forces
-from bgc.equations.inertias.groups import Group, cannot_merge, find_groups
-from bgc.equations.inertias.inertia_audit import MergedAudit
+from bgc.causality.assign import may_be_opened
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.inertias.flows import kinetic_energy, reduced_flows
+from bgc.equations.inertias.groups import Group, cannot_merge, find_groups, inertias_of
+from bgc.equations.inertias.turning import turning_forces
 from bgc.equations.storage.accounts import is_symmetric
+from bgc.equations.storage.constrained_energy import ConstrainedEnergy, ReducedMatrix, soft_motion
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
 from bgc.equations.storage.independent_states import charge_state, integrate_compliances
 from bgc.equations.storage.kinds import (
@@ -31,6 +35,13 @@ from bgc.equations.variables.definitions import Explicit, Unknown, Variables
 from bgc.ir.causal import Role
 from bgc.ir.graph import LinearLaw, Node
 
+_LEAST_EIGENVALUE = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
+_ROUNDING = 1e-13  # the same without masses
+_NO_MASS = 1e-24  # of the largest: less is what coefficients of rounded data leave over, squared
+_NO_MASS_IN_A_CHAIN = 1e-12  # the same where a closed chain can be opened, and moves them then
+_STILL = 1e-6  # of the fastest flow: slower ones are zero up to rounding
+_TAKING_PART = 1e-3  # of the fastest
+
 
 def merge_inertias(
     variables: Variables, elements: Sequence[StorageElement]
@@ -40,17 +51,15 @@ def merge_inertias(
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
     states = [s for element in together for s in integrate_compliances(variables, element)]
-    audit = MergedAudit(variables, groups)
     taken: set[str] = set()
     for group in groups:
         _refuse_without_energy(variables, group)
-        states += _merge_inertia_group(variables, group, audit, taken)
-    audit.assert_powerless()
+        states += _merge_inertia_group(variables, group, taken)
     return states
 
 
 def _merge_inertia_group(
-    variables: Variables, group: Group, audit: MergedAudit, taken: set[str]
+    variables: Variables, group: Group, taken: set[str]
 ) -> list[IntegratedState]:
     """The states of a group. `taken` collects their names.
 
@@ -61,12 +70,9 @@ def _merge_inertia_group(
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     for element in group.elements:
         _define_momenta(variables, element)
-    flows = None
-    audit.require_moved(group)
-    if group.is_linear:
-        flows = _reduced_flows(variables, group, merged)
-        if not audit.is_solved(group, merged, flows):
-            flows = None
+    energy = kinetic_energy(variables, group.elements, group.flows)
+    _require_moved(variables, group, energy)
+    flows = _reduced_flows(variables, group, energy, merged) if group.is_linear else None
     for k, state in merged.items():
         number = causal.basis[k].bond_class
         if flows is not None:
@@ -125,11 +131,59 @@ def _define_momenta(variables: Variables, element: StorageElement) -> None:
         variables.set_rate_of(port.index, port.state, port.bias)
 
 
-def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) -> dict[int, Node]:
+def _reduced_flows(
+    variables: Variables, group: Group, energy: ConstrainedEnergy, merged: dict[int, Node]
+) -> dict[int, Node] | None:
     try:
-        return reduced_flows(variables, group, merged)
+        return reduced_flows(variables, group, energy, merged)
     except SingularFormError:
         raise cannot_merge(group, "their common inertia is singular") from None
+
+
+def _require_moved(variables: Variables, group: Group, energy: ConstrainedEnergy) -> None:
+    """Refuse a group with a motion that moves none of the reduced mass, where it is known.
+
+    With linear laws, one that moves nearly none is refused as well.
+    """
+    mass = ReducedMatrix(variables, energy)
+    if not mass.is_known:
+        return
+    masses = [row[i] for i, row in enumerate(mass.entries)]
+    least = _LEAST_EIGENVALUE if group.is_linear else _ROUNDING
+    none = _NO_MASS_IN_A_CHAIN if may_be_opened(variables.causal) else _NO_MASS
+    motion = soft_motion(mass.entries, masses, least, none * max(masses, default=0.0))
+    if motion is not None:
+        raise _moving_without_inertia(variables, group, mass, motion)
+
+
+def _moving_without_inertia(
+    variables: Variables, group: Group, mass: ReducedMatrix, motion: Sequence[float]
+) -> BgError:
+    """The error that names the elements that take part in a motion; if none does, its bonds."""
+    causal = variables.causal
+    speeds = [
+        max(
+            abs(sum(x * motion[i] for i, x in mass.rows[causal.class_of[p.port.bond]].items()))
+            for p in inertias_of(element)
+        )
+        for element in group.elements
+    ]
+    if max(speeds) < _STILL * max(map(abs, motion)):
+        classes = [
+            causal.classes[causal.basis[k].bond_class]
+            for k, speed in zip(group.flows, motion, strict=True)
+            if abs(speed) > _TAKING_PART * max(map(abs, motion))
+        ]
+        bonds = [causal.graph.bonds[members.bonds[0]] for members in classes]
+        names = [bond.name for bond in bonds]
+        return BgError([storage_messages.motion_without_inertia(bonds[0].span, names)])
+    moving = [
+        element.storage
+        for element, speed in zip(group.elements, speeds, strict=True)
+        if speed > _TAKING_PART * max(speeds)
+    ]
+    names = [storage.name for storage in moving]
+    return BgError([storage_messages.motion_without_inertia(moving[0].span, names)])
 
 
 def _held(group: Group, k: int) -> tuple[str, ...]:

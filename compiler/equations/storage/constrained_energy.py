@@ -1,0 +1,211 @@
+"""The energy of linear storage along the variables that constraints leave free.
+
+Inertias on dependent flows and compliances along free motions are one thing. Their energy is a
+quadratic form `1/2 v' Q v - b' v` of flows or charges v, some of which are defined by others. With
+z the free ones and s those given from outside, v = N z + N_s s, and z follows from
+
+    N' Q N z = N' (b - Q N_s s),
+
+where N' Q N is the reduced mass, or the common stiffness. It is solved by `algebra/quadratic.py`,
+one elimination step at a time. Both the matrix and the solution are checked in numbers at a random
+point. A modulus that reads flows or charges is a number like any other there.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import Evaluator
+from bgc.algebra.quadratic import Definition, Form, Minimum, minimise
+from bgc.equations.variables.definitions import Variables
+from bgc.ir.graph import Node
+
+_TOLERANCE = 1e-6  # of the terms of a sum; far above rounding, far below the effect of a wrong sign
+
+
+@dataclass(frozen=True, slots=True)
+class ConstrainedEnergy:
+    """`1/2 v' Q v - b' v` of numbered variables; the definitions are those of `minimise`."""
+
+    form: Form
+    definitions: Sequence[Definition]
+    free: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Eliminated:
+    """The free variables, as raw nodes in each other and in the others, and the pivots."""
+
+    values: dict[int, Node]
+    pivots: list[Node]
+
+
+def eliminate(
+    variables: Variables, energy: ConstrainedEnergy, symbol_of: Callable[[int], Node]
+) -> Eliminated | None:
+    """The free variables of least energy; None where they fail the check.
+
+    Raises
+    ------
+    SingularFormError
+        The matrix of the energy along the free variables is always singular.
+    """
+    dag = variables.dag
+    minima = minimise(
+        dag, variables.causal.fingerprints, energy.form, energy.definitions, energy.free
+    )
+    if not is_minimum(at_random(variables), energy, minima):
+        return None
+    values = {}
+    for minimum in minima:
+        known = dag.sum(dag.mul(c, symbol_of(k)) for k, c in minimum.row.items())
+        values[minimum.variable] = dag.div(dag.sub(minimum.offset, known), minimum.pivot)
+    return Eliminated(values, [minimum.pivot for minimum in minima])
+
+
+def at_random(variables: Variables) -> Evaluator:
+    """Numbers for raw nodes at a random point, with parameters at their defaults."""
+
+    def leaf(symbol: Symbol) -> float:
+        if symbol.kind is Kind.PARAM:
+            return variables.default(variables.dag.symbol(symbol.kind, symbol.index))
+        return random.Random(f"{symbol.kind} {symbol.index}").uniform(0.2, 1)
+
+    return Evaluator(variables.dag, leaf)
+
+
+def is_minimum(numbers: Evaluator, energy: ConstrainedEnergy, minima: Sequence[Minimum]) -> bool:
+    """Return whether `N' (Q v - b)` vanishes at the minima, or has no value."""
+    values = _values_at(numbers, energy, minima)
+    slopes: dict[int, float] = {}
+    sizes: dict[int, float] = {}  # of the terms of each slope
+
+    def add(k: int, slope: float, size: float) -> None:
+        slopes[k] = slopes.get(k, 0.0) + slope
+        sizes[k] = sizes.get(k, 0.0) + size
+
+    for k, row in energy.form.matrix.items():
+        for j, node in row.items():
+            force = numbers.value(node) * values[j]
+            add(k, force, abs(force))
+    for k, node in energy.form.vector.items():
+        force = numbers.value(node)
+        add(k, -force, abs(force))
+    for definition in energy.definitions:
+        k = definition.variable
+        for j, node in definition.row.items():
+            c = numbers.value(node)
+            add(j, c * slopes.get(k, 0.0), abs(c) * sizes.get(k, 0.0))
+    return not any(abs(slopes.get(k, 0.0)) > _TOLERANCE * sizes.get(k, 0.0) for k in energy.free)
+
+
+def _values_at(
+    numbers: Evaluator, energy: ConstrainedEnergy, minima: Sequence[Minimum]
+) -> dict[int, float]:
+    """All variables at the minima; those given from outside are random."""
+    steps: dict[int, Minimum | Definition] = {d.variable: d for d in energy.definitions}
+    steps |= {minimum.variable: minimum for minimum in minima}
+    values: dict[int, float] = {}
+    waiting = [*steps, *energy.form.matrix]
+    while waiting:
+        k = waiting[-1]
+        step = steps.get(k)
+        missing = [j for j in step.row if j not in values] if step is not None else []
+        if missing:
+            waiting += missing
+            continue
+        waiting.pop()
+        if step is None:
+            values[k] = random.Random(f"variable {k}").uniform(0.2, 1)
+            continue
+        values[k] = sum(numbers.value(c) * values[j] for j, c in step.row.items())
+        if isinstance(step, Minimum):
+            offset, pivot = numbers.values([step.offset, step.pivot])
+            values[k] = (offset - values[k]) / pivot if pivot else math.nan
+    return values
+
+
+class ReducedMatrix:
+    """`N' Q N` in numbers at a random point.
+
+    Attributes
+    ----------
+    rows
+        Variable -> its row of N: place among the free variables -> entry.
+    entries
+        The matrix, in the order of the free variables.
+    sizes
+        The sums of the absolute values of the terms of its diagonal.
+    """
+
+    def __init__(self, variables: Variables, energy: ConstrainedEnergy) -> None:
+        numbers, size = at_random(variables), len(energy.free)
+        self.rows: dict[int, dict[int, float]] = {k: {i: 1.0} for i, k in enumerate(energy.free)}
+        for definition in reversed(energy.definitions):
+            row: dict[int, float] = {}
+            for k, node in definition.row.items():
+                entry = numbers.value(node)
+                for i, x in self.rows.get(k, {}).items():
+                    row[i] = row.get(i, 0.0) + entry * x
+            self.rows[definition.variable] = row
+        self.entries = [[0.0] * size for _ in range(size)]
+        self.sizes = [0.0] * size
+        for k, coupled in energy.form.matrix.items():
+            for other, node in coupled.items():
+                entry = numbers.value(node)
+                for i, x in self.rows.get(k, {}).items():
+                    for j, y in self.rows.get(other, {}).items():
+                        self.entries[i][j] += entry * x * y
+                        self.sizes[i] += abs(entry * x * y) if i == j else 0.0
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether it has values, with enough digits to judge."""
+        finite = all(math.isfinite(entry) for row in self.entries for entry in row)
+        diagonal = [abs(row[i]) for i, row in enumerate(self.entries)]
+        return finite and not any(0 < x < sys.float_info.min for x in diagonal)
+
+
+def soft_motion(
+    matrix: Sequence[Sequence[float]], sizes: Sequence[float], least: float, none: float
+) -> list[float] | None:
+    """A motion along which a matrix, scaled by the roots of `sizes`, has at most the value `least`.
+
+    So has one whose own size is at most `none`. None where all eigenvalues are larger, which a
+    Cholesky factorisation of the scaled matrix minus `least` times the identity proves. Where the
+    factorisation breaks down, the rows up to there give the motion.
+    """
+    scale = [size**0.5 if size > none else 0.0 for size in sizes]
+    factors: list[list[float]] = []
+    for i, row in enumerate(matrix):
+        if scale[i] == 0:
+            return [float(j == i) for j in range(len(matrix))]
+        line: list[float] = []
+        for j in range(i):
+            known = sum(x * y for x, y in zip(line, factors[j], strict=False))
+            line.append((row[j] / (scale[i] * scale[j]) - known) / factors[j][j])
+        pivot = row[i] / scale[i] ** 2 - least - sum(x * x for x in line)
+        if not pivot > 0:
+            for j in reversed(range(i)):
+                line[j] /= factors[j][j]
+                for m in range(j):
+                    line[m] -= factors[j][m] * line[j]
+            scaled = [*(-x for x in line), 1.0]
+            found = [x / s for x, s in zip(scaled, scale, strict=False)]
+            return found + [0.0] * (len(matrix) - len(found))
+        factors.append([*line, pivot**0.5])
+    return None
+
+
+def is_symmetric(matrix: Sequence[Sequence[float]], sizes: Sequence[float], equal: float) -> bool:
+    """Return whether the scaled matrix is symmetric to within `equal`."""
+    return all(
+        abs(matrix[i][j] - matrix[j][i]) <= equal * (sizes[i] * sizes[j]) ** 0.5
+        for i in range(len(matrix))
+        for j in range(i)
+    )
