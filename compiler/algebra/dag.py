@@ -42,6 +42,7 @@ class Kind(IntEnum):
     RATE = 9  # der(x) of a declared state, inside an `equation`
     START = 10  # an unknown of the start, which the runtime solves for once
     SPEED = 11  # of `SpeedEquations`: an independent flow of merged inertias
+    SELECTOR = 12  # of a closing row, 0 or 1: see `Closures`; counts on from the parameters
 
 
 # Operations as plain ints: comparing with a member of an enumeration takes several times longer.
@@ -52,7 +53,12 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _POW, _SELECT = map(
 _LISTED, _INVERTED = int(Op.LISTED), int(Op.INVERTED)
 
 TABLE_OPS = frozenset(map(int, (Op.LOOKUP, Op.PLACE, Op.PIECE, Op.LOOKUP2)))
-_SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
+_SYMBOL_LEVEL = {
+    Kind.PARAM: Level.PARAM,
+    Kind.SELECTOR: Level.PARAM,
+    Kind.TIME: Level.TIME,
+    Kind.INPUT: Level.TIME,
+}
 _MAX_BITS = 512  # of an exact constant; operations with a longer result are left to C
 
 

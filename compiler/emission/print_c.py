@@ -28,7 +28,14 @@ HELPERS: dict[str, str] = {
 }
 HELPERS |= {row.c: f'#include "{row.c_header}"\n' for row in ROWS if row.c_header}
 
-_ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x", Kind.START: "s", Kind.RATE: "r"}
+_ARRAY = {
+    Kind.PARAM: "p",
+    Kind.SELECTOR: "p",
+    Kind.INPUT: "u",
+    Kind.STATE: "x",
+    Kind.START: "s",
+    Kind.RATE: "r",
+}
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT = map(

@@ -11,16 +11,18 @@ from bgc.ir.program import Program
 
 
 def program_values(program: Program) -> dict[Symbol, float]:
-    """The defaults of the parameters of a program, and of the selectors of its closing rows."""
-    values = default_values(program.dag, program.parameters)
-    closures = program.closures
-    if closures is None:
-        return values
-    for k, selector in enumerate(closures.selectors):
+    """The defaults of the parameters of a program, and the first values of its selectors."""
+    return default_values(program.dag, program.parameters) | selector_values(program)
+
+
+def selector_values(program: Program) -> dict[Symbol, float]:
+    """The selectors of closing rows, each with 1 if its row is chosen at first, else 0."""
+    closures, values = program.closures, dict[Symbol, float]()
+    for k, selector in enumerate(closures.selectors if closures else ()):
         symbol = program.dag.symbol_of(selector)
-        if symbol is not None:
+        if closures and symbol is not None:
             chain = closures.chain_of[k]
-            values[symbol] = float(k - closures.chain_of.index(chain) < closures.ranks[chain])
+            values[symbol] = float(k < closures.chain_of.index(chain) + closures.ranks[chain])
     return values
 
 

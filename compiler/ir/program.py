@@ -183,10 +183,10 @@ class Closures:
     already; the other rows follow from them. Of the kept rows of chain k, `ranks[k]` are
     independent. Where there are more, the runtime chooses that many by their pivots, anew along a
     run, and sets the selector of each to 1; a multiplier with a selector of 0 is 0. Selectors are
-    PARAM symbols after those of `Program.parameters`, or the constant 1 in a chain without a
-    choice; by default the first rows of each chain are chosen. Likewise `held_rank` of the first
-    `held` conditions are independent. Projection moves the states `impulses` along `response`
-    until w is zero, and the states `moved` until g is zero.
+    SELECTOR symbols, or the constant 1 in a chain without a choice; at first the rows that come
+    first in each chain are chosen. Likewise `held_rank` of the first `held` conditions are
+    independent. Projection moves the states `impulses` along `response` until w is zero, and the
+    states `moved` until g is zero.
     """
 
     chains: tuple[ClosedChain, ...]

@@ -167,7 +167,8 @@ def _verify_program(program: Program, modes: int = 0) -> None:
     closures = program.closures
     selectors = 0 if closures is None else sum(s != dag.one for s in closures.selectors)
     counts = {
-        Kind.PARAM: len(program.parameters) + selectors,
+        Kind.PARAM: len(program.parameters),
+        Kind.SELECTOR: len(program.parameters) + selectors,
         Kind.TIME: 1,
         Kind.INPUT: program.inputs + modes,
         Kind.STATE: len(program.states),

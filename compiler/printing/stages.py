@@ -241,15 +241,14 @@ def symbol_names(program: Program) -> Callable[[Symbol], str]:
         for held in program.held:
             inputs[held.index] = held.name
     tables = {
-        Kind.PARAM: [
-            *(p.name for p in program.parameters),
-            *(f"selector {k}" for k in range(program.closures.kept if program.closures else 0)),
-        ],
+        Kind.PARAM: [p.name for p in program.parameters],
         Kind.STATE: [s.name for s in program.states],
         Kind.INPUT: inputs,
     }
 
     def name(symbol: Symbol) -> str:
+        if symbol.kind is Kind.SELECTOR:
+            return f"selector {symbol.index - len(program.parameters)}"
         return "time" if symbol.kind is Kind.TIME else tables[symbol.kind][symbol.index]
 
     return name

@@ -31,12 +31,15 @@ def with_divisor_checks(program: Program) -> Program:
     """
     dag = program.dag
     known = {node for check in program.positive for node in _factors(dag, check.node)}
+    selectors = set(program.closures.selectors) - {dag.one} if program.closures else set()
     found = _Search(program)
     added: dict[Node, PositiveParameter] = {}
     unnamed: dict[Node, str] = {}  # long expressions that must be finite: the equation of each
     for owner, roots in _equations(program):
         for node, finite in found.under(roots):
-            if node in known or node in added:
+            # A pivot of S, with a selector, is watched during a run.
+            is_pivot = selectors and not selectors.isdisjoint(dag.reachable([node]))
+            if node in known or node in added or is_pivot:
                 continue
             if finite and dag.op[node] == Op.INVERTED:
                 message = _of_matrix(_named(program, [node]), owner)

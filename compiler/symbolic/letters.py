@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 import sympy
 
 from bgc.algebra.dag import Kind, Symbol
+from bgc.ir.defaults import selector_values
 from bgc.ir.program import Program
 from bgc.linearising.analysis_scene import Opened, channel_names
 from bgc.printing.latex_names import latex_names
@@ -35,6 +36,7 @@ class Letters:
         found += [(x.name, x.unit) for x in program.parameters]
         self.units = {sympy.Symbol(name): unit for name, unit in (*found, (TIME, "s"))}
         self._of_input = _inputs_by_index(opened)
+        self._selectors = selector_values(program)
         taken = {symbol.name for symbol in self.all}
         laplace = "s"
         while laplace in taken:
@@ -56,6 +58,8 @@ class Letters:
                 return self.states[symbol.index]
             case Kind.TIME:
                 return self.time
+            case Kind.SELECTOR:
+                return sympy.Integer(int(self._selectors[symbol]))
             case _:
                 return self._of_input[symbol.index]
 

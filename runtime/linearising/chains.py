@@ -12,7 +12,13 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue.closures import input_moves_chain
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.closures.manifold import Conditions, closed, closed_flows
+from bgc.equations.closures.manifold import (
+    Conditions,
+    chosen_rows,
+    closed,
+    closed_flows,
+    selection,
+)
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
 from bgc.runtime.results.arrays import Array
@@ -32,6 +38,7 @@ class ClosedChains:
         if closures is None:
             return
         self._rows = [*closures.flows[: closures.kept], *closures.conditions[: closures.held]]
+        self._rank = sum(closures.ranks) + closures.held_rank
         self._conditions = Conditions(
             closures.conditions[: closures.held], closures.moved, closures.by_place
         )
@@ -51,6 +58,12 @@ class ClosedChains:
         point = closed_flows(self._program, point)
         return np.array([point[Symbol(Kind.STATE, k)] for k in range(len(state))])
 
+    def selection(self, values: Mapping[Symbol, float]) -> dict[Symbol, float]:
+        """The selectors of the closing rows that a run would choose at a point."""
+        closures = self._program.closures
+        rows = chosen_rows(self._dag, closures, dict(values)) if closures else ()
+        return selection(self._dag, closures, rows) if closures else {}
+
     def coordinates(
         self, values: Mapping[Symbol, float], size: int, scale: Array
     ) -> tuple[Array, NDArray[np.intp]]:
@@ -67,9 +80,9 @@ class ClosedChains:
         numbers = evaluate_nodes(self._dag, [x for row in slopes for x in row], values)
         table = np.array(numbers).reshape(len(self._rows), len(symbols)) * scale[self._columns]
         table /= np.maximum(np.abs(table).max(axis=1, keepdims=True), 1e-300)
-        dependent = _pivots(table)
+        dependent = _pivots(table, self._rank)
         free = [k for k in range(len(symbols)) if k not in dependent]
-        solved = -np.linalg.solve(table[:, dependent], table[:, free])
+        solved = -np.linalg.lstsq(table[:, dependent], table[:, free])[0]
         follow = np.eye(size)
         columns = np.array(self._columns)
         follow[np.ix_(columns[dependent], columns[free])] = (
@@ -79,16 +92,12 @@ class ClosedChains:
         return follow[:, left], left
 
 
-def _pivots(table: Array) -> list[int]:
-    """The columns of the largest pivots, one for each row."""
-    work = table.copy()
-    open_rows, found = list(range(len(work))), []
-    while open_rows:
-        sizes = np.abs(work[open_rows])
-        i, column = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
-        row = open_rows.pop(int(i))
+def _pivots(table: Array, rank: int) -> list[int]:
+    """The columns of the largest pivots, as many as the rank."""
+    work, found = table.copy(), list[int]()
+    for _ in range(rank):
+        row, column = np.unravel_index(int(np.argmax(np.abs(work))), work.shape)
         found.append(int(column))
-        for other in open_rows:
-            work[other] -= work[other, column] / work[row, column] * work[row]
-            work[other, column] = 0.0
+        work -= np.outer(work[:, column] / work[row, column], work[row])
+        work[row] = work[:, column] = 0.0
     return found

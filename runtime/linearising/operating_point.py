@@ -216,7 +216,7 @@ class OpenedModel:
         values[Symbol(Kind.TIME, 0)] = point.time
         values.update((Symbol(Kind.STATE, k), x) for k, x in enumerate(point.state.tolist()))
         values.update((Symbol(Kind.INPUT, k), x) for k, x in enumerate(point.inputs.tolist()))
-        return values
+        return values | self._chains.selection(values)
 
     def _numbers(self, nodes: Sequence[Node], values: Mapping[Symbol, float]) -> Array:
         return np.array(evaluate_nodes(self._form.dag, nodes, values), dtype=float)

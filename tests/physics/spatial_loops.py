@@ -100,8 +100,8 @@ class Loop:
             potential += bar.mass * GRAVITY * centre[2]
         return inertia, potential
 
-    def motion(self, start, times, low, high):
-        """The first angle over time, from rest at the angles `start`, within `low` and `high`."""
+    def along_first(self, start, low, high):
+        """The inertia and the potential as functions of the first angle, from `low` to `high`."""
         domain = (low, high)
         nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
         firsts = (low + high) / 2 + (high - low) / 2 * nodes
@@ -114,7 +114,11 @@ class Loop:
                     near = self.closed(part, near)
                 values[first] = self.energies(near)
         table = np.array([values[a] for a in firsts])
-        inertia, potential = (Chebyshev.fit(firsts, y, _DEGREE, domain) for y in table.T)
+        return [Chebyshev.fit(firsts, y, _DEGREE, domain) for y in table.T]
+
+    def motion(self, start, times, low, high):
+        """The first angle over time, from rest at the angles `start`, within `low` and `high`."""
+        inertia, potential = self.along_first(start, low, high)
         bent, pull = inertia.deriv(), potential.deriv()
 
         def rates(_, x):

@@ -1,8 +1,15 @@
 """Linkages in space with redundant constraints: which of them are needed changes as they move."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from fmpy import simulate_fmu
+from scipy.optimize import brentq
 from spatial_loops import bennett, bricard
+
+from bgc.runtime.cli.app import application
 
 SOLVERS = [
     {},
@@ -11,6 +18,16 @@ SOLVERS = [
     {"solver": "rk4", "step": 1e-3},
     {"solver": "ros34prw", "step": 5e-4},
 ]
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory):
+    """The linkage on the ground as an FMU."""
+    folder = tmp_path_factory.mktemp("unit")
+    file = Path(__file__).parents[1] / "models" / "spatial_linkages.bg"
+    arguments = ["build", str(file), "--scene", "standing", "--target", "fmu2", "-o", str(folder)]
+    assert CliRunner().invoke(application, arguments).exit_code == 0
+    return folder / "spatial_linkages_standing.fmu"
 
 
 def turned(result):
@@ -63,3 +80,22 @@ def test_a_drifting_linkage_keeps_its_momentum(load):
     np.testing.assert_allclose(angular, np.broadcast_to(angular[0], angular.shape), atol=1e-7)
     assert np.abs(result["gap"]).max() < 1e-10
     assert np.abs(result["energy.residual"]).max() < 1e-7
+
+
+def test_a_linearisation_chooses_the_rows_at_its_point(load):
+    """About the position of rest, far from the start: `m s^2 + V'' = 0` in the first angle."""
+    inertia, potential = bricard().along_first(np.zeros(6), -0.1, np.pi + 0.1)
+    at_rest = brentq(potential.deriv(), 1.0, 2.0)
+    frequency = np.sqrt(potential.deriv(2)(at_rest) / inertia(at_rest))
+    found = np.linalg.eigvals(load("spatial_linkages", "standing").linearise(at="steady").A)
+    np.testing.assert_allclose(np.sort_complex(found), [-1j * frequency, 1j * frequency], rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
+def test_an_fmu_goes_on_where_the_choice_changes(kind, unit):
+    found = simulate_fmu(
+        str(unit), stop_time=2, fmi_type=kind, output_interval=0.05, relative_tolerance=1e-9
+    )
+    times, places = np.unique(found["time"], return_index=True)
+    exact = bricard().motion(np.zeros(6), times, -0.1, np.pi + 0.1)
+    np.testing.assert_allclose(found["q[1]"][places], exact, atol=1e-6)

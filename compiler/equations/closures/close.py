@@ -35,6 +35,7 @@ from bgc.equations.closures.manifold import (
     gap_of,
     independent_conditions,
     nearest_to_closed,
+    response_at,
     start_of,
 )
 from bgc.equations.closures.multipliers import (
@@ -97,8 +98,7 @@ class _Closing:
         self._graph = variables.causal.graph
         self._rows = rows
         self._responses: Responses = responses_of(program, variables, rows.flows)
-        every = range(len(rows.flows))
-        self._groups = connected_rows(self._dag, variables, self._responses, every)
+        self._groups = connected_rows(self._dag, variables, self._responses, range(len(rows.flows)))
         self._conditions = self._conditions_on_states()
         self._start = self._start_parameters()
 
@@ -112,11 +112,13 @@ class _Closing:
         selectors = self._selectors(chosen)
         made = settled(program, self._variables, self._rows.flows, self._responses, selectors)
         dropped = sorted(set(range(len(self._rows.flows))) - set(chosen.flows))
-        warnings = (*program.warnings, *self._warn(dropped))
-        made = replace(made, closures=self._closures(chosen, selectors), warnings=warnings)
+        made = replace(
+            made,
+            closures=self._closures(chosen, selectors),
+            warnings=(*program.warnings, *self._warn(dropped)),
+        )
         self._require_kept(points, made)
-        declared = start_of(program, start)
-        rounded = any(start[k] != declared[k] for k in start)
+        rounded = start != start_of(program, start)
         require_given(made, program_values(made) | start, rounded=rounded)
         return self._with_start(made, values, found)
 
@@ -224,7 +226,7 @@ class _Closing:
         every = range(len(self._rows.flows))
         slopes = [self._conditions.at(self._dag, point)[1] for point in points]
         held = [sorted(independent_conditions(table)) for table in slopes]
-        tables = list(map(self._response_at, points))
+        tables = [response_at(self._dag, self._responses, p, every)[0] for p in points]
         if not _finite(tables[0]):
             chain = self._chain(every)
             raise BgError(
@@ -234,14 +236,13 @@ class _Closing:
         whole = self._but_for_rounding([max(table[k][k] for table in tables) for k in every])
         orders = [independent_in(table, whole, _DEPENDENT) for table in tables]
         rank = max(map(len, orders))
-        is_singular = len(orders[0]) < rank or len(held[0]) < max(map(len, held))
-        if self._rows.conditions and is_singular:
+        is_lower = len(orders[0]) < rank or len(held[0]) < max(map(len, held))
+        if is_lower and self._rows.conditions:
             if not every:
                 self._require_kept(points, self._program)
             chain = self._chain(sorted(set(orders[-1]) - set(orders[0])) or every)
             raise BgError([catalogue.singular_start(chain.span, chain.names)])
-        is_redundant = len(orders[0]) < len(self._acted_on())
-        if is_redundant and not self._rows.conditions:
+        if len(orders[0]) < len(self._acted_on()) and not self._rows.conditions:
             raise self._refused(every)
         kept = sorted(orders[0])
         grams = [_gram(table) for table in slopes]
@@ -277,17 +278,6 @@ class _Closing:
                 raise self._refused([k])
         return found
 
-    def _response_at(self, point: Point) -> list[list[float]]:
-        """`S = G M^-1 G'` of all rows at a point."""
-        numbers = Evaluator(self._dag, point.__getitem__)
-        left = [numbers.values(row) for row in self._responses.by_impulse]
-        right = [numbers.values(row) for row in self._responses.response]
-        size = range(len(left))
-        return [
-            [-sum(a * action[j] for a, action in zip(left[i], right, strict=True)) for j in size]
-            for i in size
-        ]
-
     def _require_kept(self, points: Sequence[Point], program: Program) -> None:
         """Refuse a condition whose rate is not zero where the rows of the program are satisfied."""
         rates, direction = motion_without(self._program, self._variables.multipliers)
@@ -315,7 +305,9 @@ class _Closing:
         rows = sorted(changing | set(chosen.flows))
         numbers = itertools.count(len(self._program.parameters))
         return {
-            row: self._dag.symbol(Kind.PARAM, next(numbers)) if row in changing else self._dag.one
+            row: self._dag.symbol(Kind.SELECTOR, next(numbers))
+            if row in changing
+            else self._dag.one
             for row in rows
         }
 

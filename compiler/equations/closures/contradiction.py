@@ -113,17 +113,9 @@ def _unit(column: Sequence[float]) -> list[float]:
 
 def _largest_part_aside(columns: Sequence[list[float]]) -> float:
     """The largest part of a column outside the directions that the columns are meant to have."""
-    chosen = independent_rows(columns, _WRONG)
-    basis: list[list[float]] = []
-    for k in chosen:
-        row = list(columns[k])
-        for other in basis:
-            orthogonalise(row, other, 1.0)
-        basis.append(_unit(row))
-    largest = 0.0
-    for column in columns:
-        row = list(column)
-        for other in basis:
-            orthogonalise(row, other, 1.0)
-        largest = max(largest, math.hypot(*row))
-    return largest
+    rows = [list(column) for column in columns]
+    for k in independent_rows(columns, _WRONG):
+        direction = _unit(rows[k])
+        for row in rows:
+            orthogonalise(row, direction, 1.0)
+    return max((math.hypot(*row) for row in rows), default=0.0)

@@ -11,13 +11,21 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
+from operator import mul
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Symbol
-from bgc.algebra.evaluate import Evaluator
-from bgc.equations.closures.dense import damped_change, independent_rows, least_change
+from bgc.algebra.evaluate import Evaluator, evaluate_nodes
+from bgc.equations.closures.dense import (
+    damped_change,
+    independent_in,
+    independent_rows,
+    least_change,
+)
+from bgc.equations.closures.multipliers import Responses
 from bgc.ir.graph import Node
-from bgc.ir.program import Program
+from bgc.ir.program import Closures, Program
 
 CLOSED = 1e-10  # m or rad: what may be left of a condition
 ROUNDED = 1e-6  # m or rad: the same of redundant conditions, where directions are rounded data
@@ -188,35 +196,53 @@ def _close_start(
     return values | dict(zip(start.parameters, found, strict=True))
 
 
-def chosen_rows(program: Program, point: Point) -> list[int]:
-    """The kept rows whose selectors are 1 at a point."""
-    closures = program.closures
-    assert closures is not None
-    numbers = Evaluator(program.dag, point.__getitem__).values(closures.selectors)
-    return [k for k, selector in enumerate(numbers) if selector == 1.0]
+def response_at(
+    dag: Dag, of: Closures | Responses, point: Point, rows: Sequence[int]
+) -> tuple[list[list[float]], list[list[float]]]:
+    """`S = G M^-1 G'` of some rows at a point, and the actions of their multipliers."""
+    numbers = Evaluator(dag, point.__getitem__)
+    actions = [numbers.values(row[k] for k in rows) for row in of.response]
+    columns = list(zip(*actions, strict=True)) or [() for _ in rows]
+    table = [
+        [-sum(map(mul, left, column)) for column in columns]
+        for left in (numbers.values(of.by_impulse[k]) for k in rows)
+    ]
+    return table, actions
+
+
+def chosen_rows(dag: Dag, closures: Closures, point: Point) -> list[int]:
+    """The kept rows with the largest pivots of S at a point, of each chain as many as its rank."""
+    found = []
+    for chain, rank in enumerate(closures.ranks):
+        rows = [k for k, other in enumerate(closures.chain_of) if other == chain]
+        if rank < len(rows):
+            table, _ = response_at(dag, closures, point, rows)
+            order = independent_in(table, [table[k][k] for k in range(len(rows))], 0.0)
+            rows = sorted(rows[k] for k in order[:rank])
+        found += rows
+    return found
+
+
+def selection(dag: Dag, closures: Closures, chosen: Sequence[int]) -> Point:
+    """The selectors of the kept rows where some of them are chosen."""
+    symbols = map(dag.symbol_of, closures.selectors)
+    return {s: float(k in chosen) for k, s in enumerate(symbols) if s is not None}
 
 
 def closed_flows(program: Program, point: Point) -> Point:
     """The point with its momenta moved along the multipliers until the closing rows hold.
 
-    One step does for linear inertias; with other laws it is one of Newton's method.
+    These are chosen for the point, and the selectors set. One step does for linear inertias; with
+    other laws it is one of Newton's method.
     """
     closures = program.closures
     assert closures is not None
-    point = dict(point)
-    chosen = chosen_rows(program, point)
+    chosen = chosen_rows(program.dag, closures, point)
+    point = point | selection(program.dag, closures, chosen)
+    flows = [closures.flows[k] for k in chosen]
     for _ in range(_PROJECTIONS):
-        numbers = Evaluator(program.dag, point.__getitem__)
-        left = [numbers.values(closures.by_impulse[k]) for k in chosen]
-        right = [numbers.values(row[k] for k in chosen) for row in closures.response]
-        matrix = [
-            [
-                -sum(a * action[j] for a, action in zip(row, right, strict=True))
-                for j in range(len(chosen))
-            ]
-            for row in left
-        ]
-        weights = least_change(matrix, numbers.values(closures.flows[k] for k in chosen), 1e-14)
+        matrix, right = response_at(program.dag, closures, point, chosen)
+        weights = least_change(matrix, evaluate_nodes(program.dag, flows, point), 1e-14)
         largest = 0.0
         for k, actions in zip(closures.impulses, right, strict=True):
             change = sum(a * x for a, x in zip(actions, weights, strict=True))
@@ -232,17 +258,12 @@ def closed_points(dag: Dag, conditions: Conditions, start: Point) -> Iterator[Po
     """Random configurations; closed ones where there are conditions."""
     rng = random.Random("closed chains")
     states = [symbol for symbol in start if symbol.kind is Kind.STATE]
-    found = 0
-    for _ in range(10 * _POINTS):
-        point = dict(start)
-        for symbol in states:
-            point[symbol] += _SPREAD * rng.uniform(-1, 1)
-        near = closed(dag, conditions, point) if conditions.nodes else point
-        if near is not None:
-            found += 1
-            yield near
-        if found == _POINTS:
-            return
+    tries = (
+        start | {symbol: start[symbol] + _SPREAD * rng.uniform(-1, 1) for symbol in states}
+        for _ in range(10 * _POINTS)
+    )
+    found = (closed(dag, conditions, point) if conditions.nodes else point for point in tries)
+    return islice((point for point in found if point is not None), _POINTS)
 
 
 def independent_conditions(table: Sequence[Sequence[float]]) -> list[int]:

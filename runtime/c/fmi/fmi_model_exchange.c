@@ -268,6 +268,9 @@ bgc_fmi_status bgc_fmi_completed_step(bgc_fmi *i, int *wants_event) {
         *wants_event = drift > allowed_drift;
     }
     if (status == BGC_OK) {
+        status = bgc_choose_chain_rows(m, d);
+    }
+    if (status == BGC_OK) {
         status = bgc_check_asserts(m, d, d->core.t, d->x);
     }
     return status == BGC_OK ? BGC_FMI_OK : bgc_fmi_explain(i, BGC_FMI_ERROR, status);
