@@ -1,7 +1,11 @@
-"""A campaign of many cases, in portions that are kept: mutated files, or ill-posed models.
+"""A campaign of many cases, in portions that are kept: mutated files, ill-posed models, programs.
 
     python tests/campaigns/campaign.py mutants --count 100000 --results mutants.jsonl
     python tests/campaigns/campaign.py ill-posed --count 680
+    python tests/campaigns/campaign.py programs --first 200000 --count 1000 --results programs.jsonl
+
+The number of a random program is its seed in `../generated`. `--unjudged` runs those that have no
+verdict yet, and `--record` enters in their list what the results hold.
 
 Case N of a seed is the same file on every machine, as long as the files that it is made of are the
 same. Portions in the file of results are not run again. `--show N` writes one case and its verdict.
@@ -14,6 +18,7 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -22,10 +27,11 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import ill_posed  # noqa: E402
 import mutants  # noqa: E402
+import random_programs  # noqa: E402
+import workers  # noqa: E402
 from workers import keep_portion, kept_portions, run_portion, summary  # noqa: E402
 
-KINDS = {"mutants": mutants, "ill-posed": ill_posed}
-PORTION = 500
+KINDS = {"mutants": mutants, "ill-posed": ill_posed, "programs": random_programs}
 
 
 def main() -> int:
@@ -37,7 +43,15 @@ def main() -> int:
     parser.add_argument("--results", type=Path, help="file of finished portions, to go on with")
     parser.add_argument("--show", type=int, metavar="N", help="write one case and its verdict")
     parser.add_argument("--summary", action="store_true", help="print the results so far")
+    parser.add_argument("--seconds", type=float, help="processor time that a case may take")
+    parser.add_argument("--unjudged", action="store_true", help="programs without a verdict")
+    parser.add_argument("--record", action="store_true", help="list programs without a verdict")
     arguments = parser.parse_args()
+    usual = getattr(KINDS[arguments.kind], "CPU_SECONDS", workers.CPU_SECONDS)
+    workers.CPU_SECONDS = arguments.seconds or usual
+    if arguments.record:
+        random_programs.record(kept_portions(arguments.results).values())
+        return 0
     memory = Path("/dev/shm")
     home = memory if memory.is_dir() else None
     folder = Path(tempfile.mkdtemp(prefix="bgc-campaign-", dir=home))
@@ -64,17 +78,28 @@ def _show(arguments: argparse.Namespace, folder: Path) -> int:
 def _all(arguments: argparse.Namespace, folder: Path) -> int:
     kept = kept_portions(arguments.results) if arguments.results else {}
     judge = partial(KINDS[arguments.kind].judge, arguments.seed)
-    end = arguments.first + (0 if arguments.summary else arguments.count)
-    for first in range(arguments.first, end, PORTION):
+    for first, size in _portions(arguments):
         if first in kept:
             continue
-        portion = kept[first] = run_portion(first, min(PORTION, end - first), judge, folder)
+        portion = kept[first] = run_portion(first, size, judge, folder)
         if arguments.results:
             keep_portion(arguments.results, portion)
         for number, outcome, _ in portion.faults:
             print(f"case {number}: {outcome}", flush=True)
     print(summary(list(kept.values())))
     return 1 if any(portion.faults for portion in kept.values()) else 0
+
+
+def _portions(arguments: argparse.Namespace) -> Iterator[tuple[int, int]]:
+    """The first case and the size of each portion."""
+    if arguments.summary:
+        return
+    if arguments.unjudged:
+        yield from ((number, 1) for number in random_programs.unjudged())
+        return
+    size, end = KINDS[arguments.kind].PORTION, arguments.first + arguments.count
+    for first in range(arguments.first, end, size):
+        yield first, min(size, end - first)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from judging import Verdict, judged, run_briefly
 
+PORTION = 500
 RUN_SECONDS = 20.0  # of processor time
 
 _ALTERNATIVES = re.compile(r"<<((?:(?!<<|>>).)*)>>", re.DOTALL)

@@ -24,6 +24,8 @@ from bgc.resolution.modules import Package
 CPU_SECONDS = 5.0
 MEMORY = 1_000_000_000  # bytes beyond what the process has before
 FAULTS = ("traceback", "hang", "memory", "died", "message", "not finite", "format", "silent")
+FAULTS += ("crash", "differs", "unjust", "harness")  # of programs that are compared with equations
+UNJUDGED = ("reference", "open", "same")  # programs of which no reference knows the answer
 
 _CODE = re.compile(r"BG\d{3}")
 _PYTHON = re.compile(r"(?<!`)``(?!`)|<[\w.]+ object at |frozenset\(|\bTraceback\b|\bdataclass\b")
@@ -40,6 +42,10 @@ class Verdict:
     @property
     def is_fault(self) -> bool:
         return self.outcome in FAULTS
+
+    @property
+    def is_listed(self) -> bool:
+        return self.is_fault or self.outcome in UNJUDGED
 
 
 @dataclass(slots=True)

@@ -17,6 +17,7 @@ from lark.exceptions import LarkError
 from bgc.grammar.lark_parser import lark_parser
 from bgc.resolution import resolve
 
+PORTION = 500
 TRIES = (1, 4, 4)  # mutants made of one case until one can be parsed
 RUNS = 0.01  # of the cases: those that compile go through the C compiler and a run
 VERIFIED = 0.25  # of the cases: with the invariants of every intermediate result

@@ -41,7 +41,7 @@ class Portion:
     def note(self, number: int, verdict: Verdict) -> None:
         self.outcomes[verdict.outcome] += 1
         self.codes.update(verdict.codes)
-        if verdict.is_fault:
+        if verdict.is_listed:
             self.faults.append((number, verdict.outcome, verdict.detail))
 
 

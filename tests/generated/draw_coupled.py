@@ -81,9 +81,9 @@ class CoupledDraw(ModelDraw):
         super().dress(small=small)
         if self.home.wishes.timed and self.stores and self.rng.random() < (0.2 if small else 0.7):
             self._sampled(*self.rng.choice(self.stores))
-        wide = [n for n in self.nodes if n.width > 1 and n.kind == "J1"]
-        if wide and self.rng.random() < 0.5:
-            self._gyrating(self.rng.choice(wide))
+        bodies = [n for _, letter, n in self.stores if letter == "p" and n.width > 1]
+        if bodies and self.rng.random() < 0.5:
+            self._gyrating(self.rng.choice(bodies))
 
     def _gyrating(self, node: Node) -> None:
         """Efforts without power on two flows, whose modulus moves."""

@@ -7,6 +7,7 @@ from functools import partial
 import ill_posed
 import mutants
 import pytest
+import random_programs
 import variants
 import workers
 from judging import Verdict
@@ -35,8 +36,31 @@ def test_ill_posed_models_are_refused_or_end_with_a_code(tmp_path, first):
     assert set(portion.outcomes) <= {"refused", "stopped", "warned"}
 
 
+@pytest.mark.slow
+def test_random_programs_satisfy_their_equations(tmp_path):
+    portion = workers.run_portion(200004, 4, partial(random_programs.judge, 1), tmp_path)
+    assert portion.faults == []
+    assert portion.outcomes["agrees"] >= 3
+
+
+def test_programs_without_a_verdict_are_recorded(tmp_path, monkeypatch):
+    table = tmp_path / "unjudged.tsv"
+    table.write_text("3\tslow\t\tabc\n5\topen\trows\tabc\n9\tdiffers\tx\tabc\n")
+    monkeypatch.setattr(random_programs, "TABLE", table)
+    found = workers.Portion(2, 4)  # cases 2 to 5, of which 5 is judged now
+    for number, outcome in ((2, "unjust"), (3, "hang"), (4, "ill"), (5, "agrees")):
+        found.note(number, Verdict(outcome, (), f"BG502\n{outcome}"))
+    random_programs.record([found])
+    rows = [line.split("\t")[:3] for line in table.read_text().splitlines()]
+    assert rows == [["2", "unjust", "BG502 unjust"], ["3", "hang", ""], ["9", "differs", "x"]]
+    assert random_programs.unjudged() == [2, 3, 9]
+
+
 def test_a_case_is_the_same_each_time():
     assert [mutants.text_of(1, k) for k in range(20)] == [mutants.text_of(1, k) for k in range(20)]
+    assert [random_programs.text_of(1, k) for k in range(9)] == [
+        random_programs.text_of(1, k) for k in range(9)
+    ]
     assert mutants.text_of(1, 3) != mutants.text_of(2, 3)
     assert [ill_posed.text_of(1, k) for k in range(9)] == [
         ill_posed.text_of(1, k) for k in range(9)
