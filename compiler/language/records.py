@@ -50,7 +50,8 @@ class Option:
     unit
         SI: `s`, `Hz`, or empty for a plain number; None where each state has its own.
     kind
-        `float`, `int` for whole numbers, `str`, or `bool` for a switch of commands.
+        `float`, `int` for whole numbers, `str`, `tuple` for texts that an option of commands gives
+        one by one, or `bool` for a switch of commands.
     number
         The kind of number in messages, where it is not the usual word.
     choices
@@ -63,8 +64,9 @@ class Option:
         Where it may be given.
     serves
         Whether it means something in a record with these other values.
-    keyword, flag
-        Its name in Python and in scenes; as an option of commands, empty where these lack it.
+    keyword, flag, metavar
+        Its name in Python and in scenes; as an option of commands, empty where these lack it; and
+        what stands for its value in help texts, where it is not the kind of number.
     example
         A value, as help texts show it.
     """
@@ -82,6 +84,7 @@ class Option:
     serves: Callable[[Any], bool] = lambda record: True
     keyword: str = ""
     flag: str = ""
+    metavar: str = ""
     example: str = ""
 
     @property

@@ -26,6 +26,7 @@ class Solver:
         default="that of the scene, else `ros34prw` where the scene gives a step, or `rodas5p`; "
         "where explicit steps may cost less `switching_fixed` or `switching`",
         keyword="solver",
+        metavar="NAME",
         where=_BY_CALLER,
     )
     rtol: float = option(

@@ -13,7 +13,6 @@ from bgc.runtime.cli.linear_options import (
     High,
     LinearOptions,
     Low,
-    in_loop,
 )
 from bgc.runtime.cli.options import PICTURE, Inputs, Outputs
 from bgc.runtime.cli.printing import print_tables, print_written, write_rows
@@ -42,9 +41,7 @@ def bode(
     device. Several inputs and outputs, and vectors, give a curve for each pair.
     """
     require(inputs and outputs, "give an --input and an --output")
-    found = model.linear(inputs, outputs)
-    linear = in_loop(found, ", ".join(inputs), ", ".join(outputs), gain, closed)
-    responses = _responses(linear, low, high)
+    responses = _responses(model.linear(inputs, outputs, gain, closed), low, high)
     if out is not None:
         write_rows(out, _rows(responses))
     if plot is not None:

@@ -1,34 +1,30 @@
 """Run 9: compile a scene to C, to a shared object or to an FMU."""
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
-from bgc.runtime.cli.command import Declared, OptionGroup, command, option, require, signature
-from bgc.runtime.cli.options import SceneOptions, Strict, Verify, Whole
+from bgc.language.records import Option, Where, options_of
+from bgc.runtime.cli.command import OptionGroup, command, option, require, signature
+from bgc.runtime.cli.options import SceneOptions, Strict, Verify, Whole, rows_of
 from bgc.runtime.cli.printing import print_diagnostics, print_paths, print_text
 from bgc.runtime.results.files import write_files
 from bgc.runtime.targets.target import TARGETS, Order, documentation, targets_taking
 
-_TYPES = get_type_hints(Order)
-_FLAGS = {field.name: field.metadata["flag"] for field in fields(Order) if field.metadata}
+_OPTIONS = options_of(Order, Where.COMMAND)
 
 
-def _declared(name: str) -> tuple[Any, Declared]:
-    """Declare the option that gives a field of an order."""
-    metadata = Order.__dataclass_fields__[name].metadata
-    *names, last = targets_taking(metadata["flag"])
+def _text(known: Option) -> str:
+    """The help of an option that only some targets take."""
+    *names, last = targets_taking(known.flag)
     targets = f"{', '.join(names)} or {last}" if names else last
-    metavar = {"metavar": metadata["metavar"]} if metadata["metavar"] else {}
-    text = f"With --target {targets}: {metadata['doc']}"
-    return _TYPES[name], option(text, metadata["flag"], **metavar)
+    return f"With --target {targets}: {known.doc}."
 
 
 class TargetOptions(OptionGroup):
     """The options that only some targets take."""
 
-    __signature__ = signature({name: _declared(name) for name in _FLAGS})
+    __signature__ = signature(rows_of(Order, {name: _text(o) for name, o in _OPTIONS.items()}))
 
     def __init__(self, **given: Any) -> None:
         self.given = given
@@ -60,9 +56,9 @@ def build(
     printable = [name for name, each in TARGETS.items() if each.printable]
     message = f"only --target {' or '.join(printable)} can be written to standard output"
     require(out != "-" or target in printable, message)
-    for name, flag in _FLAGS.items():
-        taken = flag in TARGETS[target].options or more.given[name] in (None, (), False)
-        require(taken, f"{flag} needs --target {' or '.join(targets_taking(flag))}")
+    for name, known in _OPTIONS.items():
+        taken = known.flag in TARGETS[target].options or more.given[name] in (None, (), False)
+        require(taken, f"{known.flag} needs --target {' or '.join(targets_taking(known.flag))}")
     options = scene.options(whole=whole, strict=strict, verify=verify)
     made = TARGETS[target].make(Order(scene.file, options, **more.given))
     print_diagnostics(made.warnings)

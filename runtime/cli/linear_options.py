@@ -36,12 +36,27 @@ class LinearOptions(OptionGroup):
     scene: SceneOptions
     point: PointOptions
 
-    def linear(self, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> Linearisation:
-        """Linearise the scene, and print its warnings."""
+    def linear(
+        self,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        gain: str | None = None,
+        closed: bool = False,
+    ) -> Linearisation:
+        """Linearise the scene, print its warnings, and close the loop where that is asked for.
+
+        A controller's gain stands before the input. With it, or in a closed loop, the model has one
+        input and one output (BG084 for vectors).
+        """
         opened = OpenedModel(self.scene.file, self.scene.options(), inputs, outputs)
         linear = opened.linearise(opened.operating_point(self.point.point))
         print_diagnostics(linear.warnings)
-        return linear
+        if gain is None and not closed:
+            return linear
+        require_one("input", ", ".join(inputs), linear.inputs)
+        require_one("output", ", ".join(outputs) or "what the scene observes", linear.outputs)
+        factor = 1.0 if gain is None else read_quantity(gain, "--gain", gain_unit(linear))
+        return (close_loop if closed else with_gain)(linear, factor)
 
 
 @dataclass(frozen=True)
@@ -55,26 +70,10 @@ class ChannelOptions(OptionGroup):
 
     def linear(self, closed: bool = False) -> Linearisation:
         """Linearise the scene with the gain before its input; close the loop if asked for."""
-        linear = self.model.linear([self.input_], [self.output])
+        linear = self.model.linear([self.input_], [self.output], self.gain, closed)
         require_one("input", self.input_, linear.inputs)
         require_one("output", self.output, linear.outputs)
-        return in_loop(linear, self.input_, self.output, self.gain, closed)
-
-
-def in_loop(
-    linear: Linearisation, inputs: str, outputs: str, gain: str | None, closed: bool
-) -> Linearisation:
-    """Put the controller's gain before a model, and close the loop where that is asked for.
-
-    With a gain or a closed loop the model has one input and one output (BG084 where `inputs` or
-    `outputs`, as the user wrote them, are vectors).
-    """
-    if gain is None and not closed:
         return linear
-    require_one("input", inputs, linear.inputs)
-    require_one("output", outputs, linear.outputs)
-    factor = 1.0 if gain is None else read_quantity(gain, "--gain", gain_unit(linear))
-    return close_loop(linear, factor) if closed else with_gain(linear, factor)
 
 
 def require_one(option: str, text: str, names: Sequence[str]) -> None:

@@ -1,7 +1,9 @@
 """Options that several commands share, and what the scene that they choose is compiled to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
@@ -31,13 +33,14 @@ if TYPE_CHECKING:
 SECONDS = Value("s")
 PICTURE = Target(".png", ".svg", ".pdf")
 TABLE = Target(".csv")
+_KINDS: Mapping[Any, Any] = {bool: bool, tuple: tuple[str, ...]}  # others may be left out
 
 
 def option_of(record: type, field: str, text: str = "") -> Any:
     """Declare the option that gives a field of a record, by default with the help of its own."""
     known = options_of(record, Where.COMMAND)[field]
     facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}
-    facts |= {"metavar": "NAME"} if known.kind is str else {}
+    facts |= {"metavar": known.metavar} if known.metavar else {}
     return option(text or known.help, known.flag, **facts)
 
 
@@ -170,13 +173,17 @@ class PointOptions(OptionGroup):
         return "steady" if self.steady else self.at or None
 
 
-def _rows(record: type, **texts: str) -> dict[str, tuple[Any, Declared]]:
-    """Rows of `signature` for the options of a record; `texts` replace help texts by keyword."""
-    rows: dict[str, tuple[Any, Declared]] = {}
-    for name, known in options_of(record, Where.COMMAND).items():
-        kind = bool if known.kind is bool else known.kind | None
-        rows[known.keyword] = kind, option_of(record, name, texts.get(known.keyword, ""))
-    return rows
+def rows_of(
+    record: type, texts: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, tuple[Any, Declared]]:
+    """Rows of `signature` for the options of a record; `texts` replace help texts by field."""
+    return {
+        known.keyword: (
+            _KINDS.get(known.kind, known.kind | None),
+            option_of(record, name, texts.get(name, "")),
+        )
+        for name, known in options_of(record, Where.COMMAND).items()
+    }
 
 
 class SolverOptions(OptionGroup):
@@ -185,7 +192,7 @@ class SolverOptions(OptionGroup):
     `arguments` are those of `Model.simulate`, in SI units.
     """
 
-    __signature__ = signature(_rows(Solver, step='Step and period of the loop: "1 ms".'))
+    __signature__ = signature(rows_of(Solver, {"step": 'Step and period of the loop: "1 ms".'}))
 
     def __init__(self, *, start: bool, **given: Any) -> None:
         self.arguments: dict[str, Any] = {**given, "start": "rest" if start else None}
@@ -194,4 +201,4 @@ class SolverOptions(OptionGroup):
 class MethodOptions(SolverOptions):
     """The integration method, its options, and the times of the rows."""
 
-    __signature__ = signature({**_rows(Solver), **_rows(Scene)})
+    __signature__ = signature({**rows_of(Solver), **rows_of(Scene)})

@@ -5,7 +5,7 @@ import math
 from bgc.diagnostics.catalogue.analysis import bad_duration
 from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Target, command, option, require
-from bgc.runtime.cli.linear_options import Closed, Gain, LinearOptions, in_loop, require_one
+from bgc.runtime.cli.linear_options import Closed, Gain, LinearOptions, require_one
 from bgc.runtime.cli.options import PICTURE, SECONDS, Input, Outputs
 from bgc.runtime.cli.printing import print_tables, print_written, save
 from bgc.runtime.linear.time_response import TimeResponse, impulse_response, step_response
@@ -31,10 +31,8 @@ def step(
     outputs are deviations from there. With --closed the step is that of the reference.
     """
     require(time is None or time > 0, bad_duration(time or 0.0))
-    found = model.linear([input_], outputs)
-    require_one("input", input_, found.inputs)
-    named = ", ".join(outputs) or "what the scene observes"
-    linear = in_loop(found, input_, named, gain, closed)
+    linear = model.linear([input_], outputs, gain, closed)
+    require_one("input", input_, linear.inputs)
     response = (impulse_response if impulse else step_response)(linear, time)
     title = f"unit {'impulse' if impulse else 'step'} of {response.input}"
     if out != "-":

@@ -7,15 +7,10 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.language.records import Where, option
 from bgc.options import Options
-
-
-def _option(default: Any, flag: str, doc: str, metavar: str | None = None) -> Any:
-    """A field that an option of the command gives; one with a tuple may be repeated."""
-    return field(default=default, metadata={"flag": flag, "doc": doc, "metavar": metavar})
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,41 +22,53 @@ class Order:
 
     file: Path
     options: Options
-    prefix: str | None = _option(
-        None, "--prefix", "names begin with NAME_ instead of bgc_.", metavar="NAME"
+    prefix: str | None = option(
+        "names begin with NAME_ instead of bgc_",
+        of=None,
+        kind=str,
+        metavar="NAME",
+        where=Where.COMMAND,
     )
-    platforms: str | None = _option(
-        None,
-        "--platforms",
+    platforms: str | None = option(
         "platforms to build binaries for, separated by commas: linux64, linux-aarch64, win64, "
-        "darwin64, darwin-aarch64. Default: this machine's. Others need ziglang.",
+        "darwin64, darwin-aarch64. Default: this machine's. Others need ziglang",
+        of=None,
+        kind=str,
         metavar="NAMES",
+        where=Where.COMMAND,
     )
-    inputs: tuple[str, ...] = _option(
-        (),
-        "--input",
+    inputs: tuple[str, ...] = option(
         "an input of a model, a source (`supply.e`) or a parameter that becomes an input of the "
         "FMU. It is added to what the scene gives. In a system of several parts PART.NAME. May be "
-        "repeated.",
+        "repeated",
+        of=(),
+        kind=tuple,
+        flag="--input",
         metavar="NAME",
+        where=Where.COMMAND,
     )
-    parts: tuple[str, ...] = _option(
-        (),
-        "--part",
+    parts: tuple[str, ...] = option(
         "one more part of the system. Without FILE a scene of the same file, without SCENE the "
-        "first one. The part of FILE itself has the file's name. May be repeated.",
+        "first one. The part of FILE itself has the file's name. May be repeated",
+        of=(),
+        kind=tuple,
+        flag="--part",
         metavar="NAME=FILE:SCENE",
+        where=Where.COMMAND,
     )
-    wires: tuple[str, ...] = _option(
-        (),
-        "--connect",
-        'a connection, "plant.angle -> loop.measured"; its end becomes an input. May be repeated.',
+    wires: tuple[str, ...] = option(
+        'a connection, "plant.angle -> loop.measured"; its end becomes an input. May be repeated',
+        of=(),
+        kind=tuple,
+        flag="--connect",
         metavar="WIRE",
+        where=Where.COMMAND,
     )
-    reference: bool = _option(
-        False,
-        "--reference",
-        "write the files of a cross-check too, NAME_ref.csv, NAME_in.csv and NAME_ref.opt.",
+    reference: bool = option(
+        "write the files of a cross-check too, NAME_ref.csv, NAME_in.csv and NAME_ref.opt",
+        of=False,
+        kind=bool,
+        where=Where.COMMAND,
     )
 
     @property
