@@ -19,7 +19,7 @@ from bgc.runtime.running.device_drivers import read_choices
 from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, drives_of
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.simulate import method_of, simulate, times_of
 from bgc.runtime.studied import StudiedModel
 
@@ -251,7 +251,8 @@ class Model(StudiedModel, EvaluatedModel):
             names = (variable.name for variable in self.states)
             given = dict(zip(names, np.asarray(state, dtype=float).tolist(), strict=True))
             return opened.linearise(opened.at_state(given, seconds_of(time, "time") or 0.0))
-        return opened.linearise(opened.operating_point(_point(at)))
+        point = opened.operating_point("steady" if at == "steady" else seconds_of(at, "at"))
+        return opened.linearise(point)
 
     def symbolic(
         self,
@@ -413,7 +414,3 @@ class Model(StudiedModel, EvaluatedModel):
         title = repr(self).strip("<>")
         table = table_html(Table(title, ("", "name", "unit"), tuple(rows)))
         return table + self.parameters._repr_html_()
-
-
-def _point(at: Quantity | Literal["steady"] | None) -> float | Literal["steady"] | None:
-    return "steady" if at == "steady" else in_si(at, "at", "s")

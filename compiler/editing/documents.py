@@ -13,7 +13,8 @@ from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.source_files import read_source
-from bgc.resolution.resolve import Parsed, Reader
+from bgc.resolution.parse_cached import Parsed
+from bgc.resolution.resolve import Reader
 
 _Stamp: TypeAlias = str | tuple[int, int]
 

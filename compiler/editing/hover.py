@@ -83,9 +83,7 @@ def _declaration(symbol: Symbol) -> Iterator[str]:
     if node is None:
         return
     match node:
-        case syntax.Model() | syntax.Scene() | syntax.Domain():
-            text = node.span.text.partition("{")[0]
-        case syntax.For():
+        case syntax.Model() | syntax.Scene() | syntax.Domain() | syntax.For():
             text = node.span.text.partition("{")[0]
         case syntax.Observe():
             text = f"observe {node.span.text}"

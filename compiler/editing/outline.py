@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from bgc.diagnostics.source import Span
-from bgc.editing.symbols import Kind
+from bgc.editing.symbols import Kind, kind_of
 from bgc.grammar import syntax
 from bgc.resolution.modules import flatten
 
@@ -29,23 +29,20 @@ def outline(file: syntax.File) -> tuple[Heading, ...]:
 
 
 def _declaration(node: syntax.Declaration) -> Heading:
+    detail = ""
     match node:
-        case syntax.Model():
-            base = f"is {node.base.name}" if node.base is not None else ""
-            kind = Kind.INTERFACE if node.interface else Kind.MODEL
-            inner = tuple(_members(node.items))
-            return Heading(node.name, base, kind, node.span, node.name_span, inner)
-        case syntax.Scene():
-            detail = f"of {node.model.name}" if node.model is not None else ""
-            detail = f"is {node.base.name}" if node.base is not None else detail
-            return Heading(node.name, detail, Kind.SCENE, node.span, node.name_span)
-        case syntax.Domain():
-            return Heading(node.name, "", Kind.DOMAIN, node.span, node.name_span)
+        case syntax.Model() | syntax.Scene() if node.base is not None:
+            detail = f"is {node.base.name}"
+        case syntax.Scene(model=syntax.TypeUse(name=name)):
+            detail = f"of {name}"
         case syntax.Function():
-            arguments = ", ".join(formal.name for formal in node.formals)
-            return Heading(node.name, f"({arguments})", Kind.FUNCTION, node.span, node.name_span)
+            detail = f"({', '.join(formal.name for formal in node.formals)})"
         case syntax.Value():
-            return Heading(node.name, node.kind, Kind.VALUE, node.span, node.name_span)
+            detail = node.kind
+        case _:
+            pass
+    inner = tuple(_members(node.items)) if isinstance(node, syntax.Model) else ()
+    return Heading(node.name, detail, kind_of(node), node.span, node.name_span, inner)
 
 
 def _members(items: Iterable[syntax.Item]) -> Iterator[Heading]:

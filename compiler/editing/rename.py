@@ -25,10 +25,12 @@ def references(
     symbol: Symbol, analysis: Analysis, roots: Iterable[Path], documents: Documents
 ) -> tuple[Span, ...]:
     """Return all places of a symbol: in its package, and in the files of `roots` that see it."""
-    found: dict[tuple[str, int], Span] = {}
-    for each in _analyses(analysis, roots, documents):
-        for occurrence in each.uses(symbol):
-            found[occurrence.span.source.name, occurrence.span.start] = occurrence.span
+    return _places(symbol, _analyses(analysis, roots, documents))
+
+
+def _places(symbol: Symbol, analyses: Iterable[Analysis]) -> tuple[Span, ...]:
+    spans = (use.span for each in analyses for use in each.uses(symbol))
+    found = {(span.source.name, span.start): span for span in spans}
     return tuple(found[place] for place in sorted(found))
 
 
@@ -82,11 +84,7 @@ def rename(
     if name == symbol.name:
         return ()
     analyses = _analyses(analysis, roots, documents)
-    places: dict[tuple[str, int], Span] = {}
-    for each in analyses:
-        for use in each.uses(symbol):
-            places[use.span.source.name, use.span.start] = use.span
-    edits = tuple(Edit(places[place], name) for place in sorted(places))
+    edits = tuple(Edit(place, name) for place in _places(symbol, analyses))
     if any(not may_change(Path(edit.span.source.name)) for edit in edits):
         raise BgError([cannot_rename(symbol.name, "a file of the library uses it")])
     _check(analyses, edits, symbol.name, name, documents)

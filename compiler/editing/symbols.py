@@ -91,18 +91,22 @@ ALWAYS: Members = {name: Symbol(Kind.READABLE, name) for name in ("time", "pi")}
 def declared_symbol(declared: Declared[syntax.Declaration]) -> Symbol:
     """Return the symbol of a declaration of a file."""
     node = declared.syntax
+    return Symbol(kind_of(node), node.name, node.name_span, node, declared.module)
+
+
+def kind_of(node: syntax.Declaration) -> Kind:
+    """Return the kind of a declaration of a file."""
     match node:
         case syntax.Model():
-            kind = Kind.INTERFACE if node.interface else Kind.MODEL
+            return Kind.INTERFACE if node.interface else Kind.MODEL
         case syntax.Domain():
-            kind = Kind.DOMAIN
+            return Kind.DOMAIN
         case syntax.Function():
-            kind = Kind.FUNCTION
+            return Kind.FUNCTION
         case syntax.Scene():
-            kind = Kind.SCENE
+            return Kind.SCENE
         case syntax.Value():
-            kind = Kind.VALUE
-    return Symbol(kind, node.name, node.name_span, node, declared.module)
+            return Kind.VALUE
 
 
 def scene_symbol(scene: syntax.Scene, module: Module) -> Symbol:

@@ -57,13 +57,10 @@ def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Candidate]:
         elements = switched.get(parameter.index, ())
         if not elements or parameter.index in others:
             continue
-        if (parameter.low is None or parameter.low <= 0) and _given(parameter.index, values) != 0:
+        given = values[Symbol(Kind.PARAM, parameter.index)]
+        if (parameter.low is None or parameter.low <= 0) and given != 0:
             activity = sum(by_name.get(name, 0.0) for name in elements)
             yield Candidate(Change(parameter.name, "0", is_use=False), activity)
-
-
-def _given(index: int, values: Mapping[Symbol, float]) -> float:
-    return values[Symbol(Kind.PARAM, index)]
 
 
 def _holders(

@@ -68,8 +68,7 @@ def reference_files(model: FmuModel) -> Mapping[str, str]:
     status, _ = start(instance, method, facts)
     require(instance, status)
     status, _ = instance.run(times, rows)
-    if status.value != 0:
-        raise BgError([loaded.explain(instance, status)])
+    require(instance, status, loaded.places)
     names = {v.name: (v.kind, v.index) for v in model.table.listed if v.causality == "output"}
     columns = [
         (name, rows[:, index if kind == "output" else len(loaded.measured) + index])

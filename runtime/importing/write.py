@@ -129,7 +129,7 @@ class _Writer:
         lengths = [f"{number(size)} m" for size in picture.sizes]
         if picture.file is not None:
             relative = os.path.relpath(picture.file.absolute(), self.folder.absolute())
-            lengths = [_text(relative)]
+            lengths = ['"' + relative.replace("\\", "/").replace('"', "") + '"']
             if picture.sizes[0] != 1:
                 lengths.append(number(picture.sizes[0]))
         place = _vector(picture.pose.origin)
@@ -380,7 +380,3 @@ def _quoted(name: str) -> str:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _text(value: str) -> str:
-    return '"' + value.replace("\\", "/").replace('"', "") + '"'

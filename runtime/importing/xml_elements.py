@@ -102,16 +102,12 @@ def read_elements(source: Source) -> Element:
     return _Reader(source).read()
 
 
-def _blanks(found: re.Match[str]) -> str:
-    return " " * len(found[0])
-
-
 class _Reader:
     """Builds the elements from the events of expat."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.data = _DECLARATION.sub(_blanks, source.text).encode("utf-8")
+        self.data = _DECLARATION.sub(lambda found: " " * len(found[0]), source.text).encode()
         self.parser = expat.ParserCreate("utf-8")
         self.root: Element | None = None
         self.open: list[Element] = []
@@ -120,7 +116,7 @@ class _Reader:
         parser = self.parser
         parser.buffer_text = True
         parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
+        parser.EndElementHandler = lambda tag: self.open.pop()
         parser.CharacterDataHandler = self._characters
         parser.EntityDeclHandler = self._entity
         parser.ExternalEntityRefHandler = self._entity
@@ -159,9 +155,6 @@ class _Reader:
         if len(self.open) > _DEEPEST:
             what = f"elements are nested more than {_DEEPEST} deep"
             raise BgError([not_importable(what, element.span, "check where they are closed")])
-
-    def _end(self, tag: str) -> None:
-        self.open.pop()
 
     def _characters(self, text: str) -> None:
         if self.open:

@@ -20,7 +20,6 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.port_bounds import require_ports
 from bgc.runtime.running.run import set_method, start
-from bgc.runtime.running.structures import Status
 from bgc.values.shown_units import Shown
 
 RESTING = (*[0.0] * 3, 1.0, *[0.0] * (POSE_SIZE - 4))
@@ -70,8 +69,7 @@ class Course:
         """Put the instance at its start; BgError where there is none."""
         model = self.model
         status, at_rest = start(self.instance, self.method, model.facts)
-        if status is not Status.OK:
-            raise BgError([model.explain(self.instance, status)])
+        require(self.instance, status, model.places)
         require_ports(self.instance, model.facts, model.places)
         return at_rest
 

@@ -146,7 +146,8 @@ class Report:
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warn of refused priority and missed deadlines."""
-        if refused := [name for name, given in self._asked() if given is False]:
+        asked = {"SCHED_FIFO": self.fifo, "locked memory": self.locked}
+        if refused := [name for name, given in asked.items() if given is False]:
             yield messages.not_realtime(refused)
         if self.missed and self.samples:
             has_priority = self.fifo is True
@@ -157,9 +158,6 @@ class Report:
             yield messages.lag_exceeded(self.late_device, self.lag, self.late_poses, self.samples)
         if self.lost_records:
             yield messages.records_lost(self.lost_records)
-
-    def _asked(self) -> tuple[tuple[str, bool | None], ...]:
-        return (("SCHED_FIFO", self.fifo), ("locked memory", self.locked))
 
 
 def _rounded(seconds: float) -> str:

@@ -376,13 +376,11 @@ def _samples_of(force: ForceFacts, model: LoadedModel, begun: Instance) -> int:
     """Samples of a device until all parts between its position and its force have taken one."""
     index, folded = parameter_places(begun), dict(model.facts.folded)
 
-    def seconds(period: str | float) -> float:
-        if not isinstance(period, str):
-            return period
-        place = index.get(period)
-        return folded.get(period, 0.0) if place is None else begun.parameter(place)
-
-    counts = (round(seconds(period) / begun.sample_period) for period in force.periods)
+    seconds = (
+        number_of(begun, index, folded, period) if isinstance(period, str) else period
+        for period in force.periods
+    )
+    counts = (round(period / begun.sample_period) for period in seconds)
     return min(math.lcm(*(max(count, 1) for count in counts)), _MOST_SAMPLES)
 
 
@@ -413,7 +411,7 @@ def lag_warnings(
         if can is None:
             continue
         for name in force.ports:
-            lag = number_of(begun, index, folded, ports[name], "lag")
+            lag = number_of(begun, index, folded, f"{ports[name].name}.lag")
             if can.lag > lag or (can.lag > 0 and not can.echoes):
                 yield messages.unknown_lag(force.device, name, can.lag, lag, bool(can.echoes))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
@@ -85,10 +85,10 @@ class CsvRows(RowFile):
         if isinstance(target, Path):
             special = target.exists() and not target.is_file()
             self._file: Any = target.open("wb", buffering=0)
-            self._write = self._raw_write
+            self._write: Callable[[str], object] = self._raw_write
             self._regular = not special
         else:
-            self._file, self._write, self._regular = target, self._text_write, False
+            self._file, self._write, self._regular = target, target.write, False
         self._size = 0  # bytes of whole rows
         self._add(header_line([column.name for column in columns]), 0)
 
@@ -108,9 +108,6 @@ class CsvRows(RowFile):
     def _add(self, text: str, count: int) -> None:
         self._write(text)
         self.rows += count
-
-    def _text_write(self, text: str) -> None:
-        self._file.write(text)
 
     def _raw_write(self, text: str) -> None:
         data = text.encode()

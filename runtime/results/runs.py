@@ -101,16 +101,16 @@ class Runs(InUnits, WrittenAsCsv):
         found = {name: self.values[..., k] for k, name in enumerate(self.names)}
         taken = {*found, "status", *dims}
         along: dict[str, tuple[Any, str]] = {
-            f"parameter:{name}" if name in taken else name: (values, self._unit_of(name))
+            # a column of the same name has the unit
+            f"parameter:{name}" if name in taken else name: (
+                values,
+                "" if name in self.names else self.units.get(name, ""),
+            )
             for name, values in self.parameters.items()
         }
         along["status"] = (list(self.status), "")
         coordinates = {"instance": along, "time": times}
         return dataset(found, self.units, dims, coordinates, {**self._about(), **about})
-
-    def _unit_of(self, parameter: str) -> str:
-        """The unit of a parameter; empty where a column has its name and hence its unit."""
-        return "" if parameter in self.names else self.units.get(parameter, "")
 
     def _about(self) -> dict[str, str]:
         return {"scene": self.scene, "solver": self.solver}

@@ -40,7 +40,8 @@ def port_diagnostics(instance: Instance, facts: RunFacts, places: Places) -> tup
     changed = _is_changed(instance)
     found: list[Diagnostic] = []
     for port, place in zip(facts.ports, places.ports, strict=True):
-        numbers = PortNumbers(*(number_of(instance, index, folded, port, n) for n in NUMBERS))
+        values = (number_of(instance, index, folded, f"{port.name}.{n}") for n in NUMBERS)
+        numbers = PortNumbers(*values)
         # The step of a run may differ from that of the scene, and devices are read at it.
         if changed or not is_in_step(numbers, step):
             found += judged(place.span, port.name, numbers, step, _response(instance, port))
@@ -54,14 +55,9 @@ def parameter_places(instance: Instance) -> dict[str, int]:
 
 
 def number_of(
-    instance: Instance,
-    index: Mapping[str, int],
-    folded: Mapping[str, float],
-    port: PortFacts,
-    name: str,
+    instance: Instance, index: Mapping[str, int], folded: Mapping[str, float], path: str
 ) -> float:
-    """The present value of a parameter of a port."""
-    path = f"{port.name}.{name}"
+    """The present value of a parameter, also of one that was compiled in; 0 where there is none."""
     place = index.get(path)
     return folded.get(path, 0.0) if place is None else instance.parameter(place)
 

@@ -17,6 +17,7 @@ from bgc.diagnostics.public import public_class
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.failures import require
 from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, array_of, drives_of, literal, nested, pair_of
 from bgc.runtime.running.loaded_model import LoadedModel
@@ -25,7 +26,6 @@ from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.run_warnings import run_warnings
-from bgc.runtime.running.structures import Status
 
 
 @public_class
@@ -150,8 +150,7 @@ class Stepping:
         if self._model.accounts:
             self._accounts = self._row[len(self._model.measured) :].copy()
         status = self._model.change_parameters(instance, self._time, values)
-        if status is not Status.OK:
-            raise BgError([self._model.explain(instance, status)])
+        require(instance, status, self._model.places)
 
     def close(self) -> None:
         """End the run and close its devices."""
@@ -171,8 +170,7 @@ class Stepping:
         status, _, interrupted = run_watched(instance, times, rows, progress=False)
         if interrupted:
             raise KeyboardInterrupt
-        if status is not Status.OK:
-            raise BgError([self._model.explain(instance, status)])
+        require(instance, status, self._model.places)
         row: Array = rows[0]
         if self._model.accounts:
             row[len(self._model.measured) :] += self._accounts

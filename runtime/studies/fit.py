@@ -138,7 +138,8 @@ def fit(
     for k, name in enumerate(recorded.names):
         noise[k] = given.get(name, noise[k])
     runs = PointRuns(model, method, recorded.time)
-    problem = Residuals(runs, recorded, names, low, high, _scales(start, low, high), noise)
+    scale = np.where(np.abs(start) > 0, np.abs(start), high - low)
+    problem = Residuals(runs, recorded, names, low, high, scale, noise)
     start = _best_start(problem, bounds, start, options.starts)
     point = start
     for _ in range(_PASSES):
@@ -186,10 +187,6 @@ def _middle(low: Array, high: Array) -> Array:
     far = (low > 0) & (high > 10 * low)
     with np.errstate(invalid="ignore"):
         return np.where(far, np.sqrt(np.abs(low * high)), (low + high) / 2)
-
-
-def _scales(start: Array, low: Array, high: Array) -> Array:
-    return np.where(np.abs(start) > 0, np.abs(start), high - low)
 
 
 def _best_start(problem: Residuals, bounds: Sequence[Range], start: Array, count: int) -> Array:

@@ -63,7 +63,7 @@ def _record(trade: TradeResult, row: Measurement) -> dict[str, Any]:
         "periods": row.periods or None,
         "energy_residual": row.residual if done else None,
         "repeats": row.repeats,
-        **{name: _whole(row.counts.get(name)) for name in _COUNTS},
+        **{name: int(row.counts[name]) if name in row.counts else None for name in _COUNTS},
         "accurate": target.accurate(row),
         "timely": target.timely(row) if row.certain else None,
         "samples": target.samples(row),
@@ -74,10 +74,6 @@ def _record(trade: TradeResult, row: Measurement) -> dict[str, Any]:
         record[f"error of {quantity.name}"] = error
     record["message"] = row.message
     return record
-
-
-def _whole(count: float | None) -> int | None:
-    return None if count is None else int(count)
 
 
 def write_csv(trade: TradeResult, path: str | Path) -> None:

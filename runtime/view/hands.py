@@ -10,7 +10,6 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import device_not_opened
 from bgc.diagnostics.catalogue.view import device_not_steered
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.device_drivers import (
     NO_CHOICES,
@@ -170,12 +169,9 @@ def handle_devices(
         instance.input[k] = before
         for handle, places in columns.items():
             name = text(table.device[use.device].name)
-            if _differ(at_rest, moved, places):
+            differs = np.any(at_rest[places] != moved[places])
+            if differs and np.isfinite(moved[places]).all():
                 device, axes = found.setdefault(handle, (name, []))
                 if device == name:
                     axes.append(use.component)
     return found
-
-
-def _differ(a: Array, b: Array, places: list[int]) -> bool:
-    return bool(np.any(a[places] != b[places]) and np.isfinite(b[places]).all())

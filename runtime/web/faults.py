@@ -64,16 +64,12 @@ def fault_messages(model: LoadedModel, places: Places) -> dict[str, Any]:
     """
     return {
         "by_status": {
-            str(int(status)): _of_status(model, places, status) for status in _statuses()
+            str(int(status)): _of_status(model, places, status) for status in (*_NAMES, *_OTHERS)
         },
         "range": dict(_ranges(model, places)),
         "refused": _message(parameter_not_applied(_open("name"), _open("reason"))),
         "device": _message(device_not_opened(_open("name"), _open("driver"), _open("reason"))),
     }
-
-
-def _statuses() -> tuple[Status, ...]:
-    return (*_NAMES, *_OTHERS)
 
 
 def _of_status(model: LoadedModel, places: Places, status: Status) -> dict[str, Any]:

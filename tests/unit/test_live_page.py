@@ -270,14 +270,14 @@ def test_a_model_shows_its_page_with_its_present_parameters(model, live):
 
 
 def test_messages_are_those_of_the_command_line(model):
-    faults = fault_messages(model, model._places)
+    faults = fault_messages(model, model.places)
     with model.started(method_of(model)[0], False, {"limit": 0.1}) as instance:
         at = {state.name: k for k, state in enumerate(model.states)}
         instance.state[[at["angle"], at["rate"]]] = 0.0, 5.0
         assert instance.restart() is Status.OK
         rows = np.empty((1, model.row_width))
         status, _ = instance.run(np.array([1.0]), rows)
-    told = explain(instance, status, model._places)
+    told = explain(instance, status, model.places)
     entry = faults["by_status"][str(int(Status.ASSERTION))]
     assert entry["names"] == 1
     template = entry["items"]["0"]
