@@ -379,6 +379,8 @@ int bgc_failed_jump(const bgc_data *d);
 int bgc_failed_held(const bgc_data *d);
 /* The parts of closed chain k, and the name of condition k; NULL past the last. */
 const char *bgc_chain_name(const bgc_model *m, int k);
+/* The k-th state of those that describe the position of closed chains; -1 past the last. */
+int bgc_chain_state(const bgc_model *m, int k);
 const char *bgc_condition_name(const bgc_model *m, int k);
 const char *bgc_status_text(bgc_status s);
 

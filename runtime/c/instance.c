@@ -307,6 +307,12 @@ const char *bgc_chain_name(const bgc_model *m, int k) {
     return c != NULL && k >= 0 && k < c->n_chain ? c->chain[k] : NULL;
 }
 
+int bgc_chain_state(const bgc_model *m, int k) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c != NULL && k >= 0 && k < c->n_moved ? c->moved[k] : -1;
+}
+
 const char *bgc_condition_name(const bgc_model *m, int k) {
     const bgc_closure_info *c = m->closure_info;
 

@@ -11,6 +11,7 @@ import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -68,6 +69,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
 _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_get_model": (_Model, ()),
     "bgc_chain_rows": (c_int, (_Model,)),
+    "bgc_chain_state": (c_int, (_Model, c_int)),
     "bgc_new": (c_void_p, (_Model,)),
     "bgc_save_size": (c_size_t, (_Model,)),
     **{f"bgc_failed_{what}": (c_int, (c_void_p,)) for what in get_args(AtFault)},
@@ -271,6 +273,15 @@ class Instance:
         """The parts of the closed chain at which the last call failed; empty if none."""
         name = self.library.functions.bgc_chain_name
         return text(name(self.library.pointer, self.failed("chain")))
+
+    @property
+    def chain_position(self) -> dict[str, float]:
+        """The states that describe the position of closed chains, by name."""
+        numbers = (self.library.functions.bgc_chain_state(self.library.pointer, k) for k in count())
+        states = self.library.model.state
+        return {
+            text(states[k].name): float(self.state[k]) for k in takewhile(lambda k: k >= 0, numbers)
+        }
 
     @property
     def failed_condition(self) -> str:

@@ -79,7 +79,8 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             what = text(model.divisor[instance.failed("divisor")])
             return run.divisor_vanishes(instance.failed_time, what, place.states, place.span)
         case Status.SINGULAR_CHAIN:
-            return closures.singular_chain(time, instance.failed_chain)
+            parts, position = instance.failed_chain, instance.chain_position
+            return closures.singular_chain(time, parts, list(position.items()))
         case Status.OPEN_CHAIN:
             return closures.open_chain(instance.failed_condition)
         case Status.ENDLESS_JUMPS:

@@ -127,6 +127,7 @@ def _failed(model: LoadedModel, index: int, device_reason: str = "") -> SimpleNa
         given={},
         failed=lambda what: table.n_device if what == "device" and index < 0 else index,
         failed_chain=_name_at(_chain_names(model, Status.SINGULAR_CHAIN), index),
+        chain_position={},
         failed_condition=_name_at(_chain_names(model, Status.OPEN_CHAIN), index),
         device_reason=device_reason,
         parameter=lambda k: _Open("value"),

@@ -53,6 +53,7 @@ def instance(**places):
         failed=lambda what: at.get(what, 0),
         device_reason="",
         failed_time=1.25,
+        chain_position={"pin.angle": 0.25},
         failed_chain="crank, rod",
         failed_condition="weld.gap[1]",
     )
@@ -74,6 +75,7 @@ def test_the_time_the_state_and_the_models_own_words_are_named():
     assert "coil.p" in explain(instance(), Status.NOT_FINITE).message
     assert "state" not in explain(instance(state=-1), Status.NOT_FINITE).message
     assert "too far" in explain(instance(), Status.ASSERTION).message
+    assert explain(instance(), Status.SINGULAR_CHAIN).note == "there `pin.angle` = 0.25"
     assert "inertia of `coil`" in explain(instance(), Status.BAD_PARAMETER).message
 
 

@@ -29,9 +29,14 @@ def changing_rank(
     "leave some of the initial values ungiven, or give values that close the chain",
 )
 def open_start(span: Span, name: str, misfit: float, ways: Sequence[tuple[str, float]]) -> Values:
-    shown = [f"`{state}` = {value:.6g}" for state, value in ways[:_LISTED]]
-    more = f" and {len(ways) - _LISTED} more" if len(ways) > _LISTED else ""
-    return {"note": f"the nearest closed start has {', '.join(shown)}{more}" if ways else ""}
+    return {"note": f"the nearest closed start has {_values(ways)}" if ways else ""}
+
+
+def _values(states: Sequence[tuple[str, float]]) -> str:
+    """States with their values, SI."""
+    shown = [f"`{state}` = {value:.6g}" for state, value in states[:_LISTED]]
+    more = f" and {len(states) - _LISTED} more" if len(states) > _LISTED else ""
+    return ", ".join(shown) + more
 
 
 @error(
@@ -82,8 +87,9 @@ def moved_start(span: Span, name: str, variable: str, value: float) -> None: ...
     "BG735: at t = {time:.9g} s the closed chain{chain} is at a singular position",
     "make one of its joints compliant, or keep the motion away from this position",
 )
-def singular_chain(time: float, parts: str) -> Values:
-    return {"chain": f" through {listed(parts.split(', '))}" if parts else ""}
+def singular_chain(time: float, parts: str, position: Sequence[tuple[str, float]]) -> Values:
+    chain = f" through {listed(parts.split(', '))}" if parts else ""
+    return {"chain": chain, "note": f"there {_values(position)}" if position else ""}
 
 
 @error(
