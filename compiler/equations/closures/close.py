@@ -16,13 +16,14 @@ from operator import mul
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.evaluate import Evaluator
+from bgc.algebra.newton import solve_dense
 from bgc.causality.paths import connections
 from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.equations.closures.contradiction import body_aside, is_within_reach
-from bgc.equations.closures.dense import independent_in, least_change
+from bgc.equations.closures.dense import independent_in
 from bgc.equations.closures.manifold import (
     CLOSED,
     Conditions,
@@ -392,7 +393,7 @@ def _is_lasting(
     for table in tables:
         part = [[table[i][j] for j in kept] for i in kept]
         others = ([table[i][row] for i in kept] for row in group if row not in kept)
-        shares.append([least_change(part, other, 1e-14) for other in others])
+        shares.append([solve_dense(part, other) or [math.nan] * len(kept) for other in others])
     return all(
         abs(share - first) <= _ALIKE * (1 + abs(first))
         for found in shares

@@ -42,22 +42,6 @@ def orthogonalise(row: list[float], other: Sequence[float], length: float) -> No
         row[:] = [a - share * b for a, b in zip(row, other, strict=True)]
 
 
-def least_change(matrix: Rows, right: Sequence[float], tolerance: float) -> list[float]:
-    """The shortest x with `matrix x = right` in a maximal independent set of the rows."""
-    width = len(matrix[0]) if matrix else 0
-    change = [0.0] * width
-    basis: list[tuple[list[float], float]] = []  # orthogonal rows, each with its squared length
-    for k in independent_rows(matrix, tolerance):
-        row = list(matrix[k])
-        for other, square in basis:
-            orthogonalise(row, other, math.sqrt(square))
-        square = sum(a * a for a in row)
-        missing = right[k] - sum(a * b for a, b in zip(matrix[k], change, strict=True))
-        change = [x + missing / square * a for x, a in zip(change, row, strict=True)]
-        basis.append((row, square))
-    return change
-
-
 def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[float]:
     """`A' (A A' + damping I)^-1 b`; zeros where it does not exist.
 

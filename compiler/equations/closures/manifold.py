@@ -17,11 +17,11 @@ from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import Evaluator, evaluate_nodes
+from bgc.algebra.newton import solve_dense
 from bgc.equations.closures.dense import (
     damped_change,
     independent_in,
     independent_rows,
-    least_change,
 )
 from bgc.equations.closures.multipliers import Responses
 from bgc.ir.graph import Node
@@ -242,7 +242,8 @@ def closed_flows(program: Program, point: Point) -> Point:
     flows = [closures.flows[k] for k in chosen]
     for _ in range(_PROJECTIONS):
         matrix, right = response_at(program.dag, closures, point, chosen)
-        weights = least_change(matrix, evaluate_nodes(program.dag, flows, point), 1e-14)
+        rates = [-w for w in evaluate_nodes(program.dag, flows, point)]
+        weights = solve_dense(matrix, rates) or [0.0] * len(chosen)
         largest = 0.0
         for k, actions in zip(closures.impulses, right, strict=True):
             change = sum(a * x for a, x in zip(actions, weights, strict=True))
