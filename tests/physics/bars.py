@@ -99,15 +99,15 @@ def bar_from(at, length, angle):
     return [*(at + length / 2 * direction(angle)), angle]
 
 
-def four_bar(times, q):
+def four_bar(times, q, crank=1):
     """Angles of the bars to the ground, from the angles at the start."""
-    bars = Bars((3, 1, 0.1), (8, 2.5, 0.1), (5, 1.7, 0.1))
-    lengths, at, start = (1, 2.5, 1.7), np.zeros(2), []
+    bars = Bars((3, crank, 0.1), (8, 2.5, 0.1), (5, 1.7, 0.1))
+    lengths, at, start = (crank, 2.5, 1.7), np.zeros(2), []
     for length, angle in zip(lengths, q, strict=True):
         start += bar_from(at, length, angle)
         at = at + length * direction(angle)
-    bars.pin(bars.at(0, -0.5))
-    bars.pin(bars.at(0, 0.5), bars.at(1, -1.25))
+    bars.pin(bars.at(0, -crank / 2))
+    bars.pin(bars.at(0, crank / 2), bars.at(1, -1.25))
     bars.pin(bars.at(1, 1.25), bars.at(2, -0.85))
     bars.pin(bars.at(2, 0.85))
     bars.torques[2] = 60

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bars import GRAVITY, Bars, across, bar_from, direction, four_bar
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import bgc
@@ -31,6 +32,34 @@ def test_a_four_bar_moves_as_bars_with_pins(load):
     assert np.ptp(angles[:, 0]) > 10, "it has to turn over"
     assert closed(result) < 1e-12
     assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+def test_a_four_bar_goes_through_the_dead_centres_of_its_bars(load):
+    """No bar can turn round: where two lie in one line, the third stands still and turns back."""
+    result = load("closed_chains", "between_dead_centres").simulate()
+    angles = turned(result, "a", "b", "c")
+    np.testing.assert_allclose(angles, four_bar(result.time, angles[0], crank=3.4), atol=1e-6)
+    for name, line in (("b", np.pi), ("c", -4 * np.pi)):
+        passes = np.count_nonzero(np.diff(result[name] > line))
+        assert passes >= 2, f"{name} has to pass the line"
+    assert closed(result) < 1e-12
+    exchanged = np.ptp(result["energy.stored"])
+    assert np.abs(result["energy.residual"]).max() < 1e-9 * exchanged
+
+
+def test_two_parallelograms_end_at_their_common_change_point(load):
+    """Until there they are one pendulum: three bars turn, two go along."""
+    diagnostic, result = simulated_until_singular(load("closed_chains", "double"))
+    inertia, weight = 3 * (1 / 3 + 0.1**2 / 12) + 2, GRAVITY * (3 / 2 + 2)
+
+    def rates(_, x):
+        return [x[1], -weight / inertia * np.cos(x[0])]
+
+    exact = solve_ivp(rates, (0, 2), [np.pi / 3, 0], "DOP853", result.time, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(result["a"], exact.y[0], atol=1e-7)
+    assert 0 < result["a"][-1] < 0.05
+    assert diagnostic.note.startswith("there `pin1.angle` = ")
+    assert np.abs(result["gap"]).max() < 1e-12 and np.abs(result["gap2"]).max() < 1e-12
 
 
 def on_mount(text: str, pin: str, turn: list[float], digits: int) -> str:
