@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.diagnostics.catalogue import storage as storage_messages
-from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import StorageElement, StoragePort
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind, Role
@@ -58,10 +56,3 @@ def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> lis
         )
         for indices in sets.groups(range(len(chosen)))
     ]
-
-
-def cannot_merge(group: Group, why: str) -> BgError:
-    """The error that refuses a group, named after its first element."""
-    first = group.elements[0].storage
-    others = group.names()[1:]
-    return BgError([storage_messages.dependent_storage(first.span, first.name, others, why)])

@@ -19,10 +19,15 @@ from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.inertias.flows import kinetic_energy, reduced_flows
-from bgc.equations.inertias.groups import Group, cannot_merge, find_groups, inertias_of
+from bgc.equations.inertias.groups import Group, find_groups, inertias_of
 from bgc.equations.inertias.turning import turning_forces
 from bgc.equations.storage.accounts import is_symmetric
-from bgc.equations.storage.constrained_energy import ConstrainedEnergy, ReducedMatrix, soft_motion
+from bgc.equations.storage.constrained_energy import (
+    ConstrainedEnergy,
+    ReducedMatrix,
+    cannot_merge,
+    soft_motion,
+)
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
 from bgc.equations.storage.independent_states import charge_state, integrate_compliances
 from bgc.equations.storage.kinds import (
@@ -112,7 +117,8 @@ def _refuse_without_energy(variables: Variables, group: Group) -> None:
     for element in group.elements:
         law = element.storage.law
         if isinstance(law, LinearLaw) and not is_symmetric(variables, law.matrix):
-            raise cannot_merge(group, f"the inertia of `{element.storage.name}` is not symmetric")
+            why = f"the inertia of `{element.storage.name}` is not symmetric"
+            raise cannot_merge(group.elements[0], group.names(), why)
 
 
 def _define_momenta(variables: Variables, element: StorageElement) -> None:
@@ -137,7 +143,8 @@ def _reduced_flows(
     try:
         return reduced_flows(variables, group, energy, merged)
     except SingularFormError:
-        raise cannot_merge(group, "their common inertia is singular") from None
+        why = "their common inertia is singular"
+        raise cannot_merge(group.elements[0], group.names(), why) from None
 
 
 def _require_moved(variables: Variables, group: Group, energy: ConstrainedEnergy) -> None:

@@ -17,16 +17,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.symbolic_systems import solve_definite
-from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.algebra.quadratic import Definition, Form
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.motions.initial_motions import Momenta, Stored, initial_quantities
 from bgc.equations.motions.motions import FreeMotions, free_motions
-from bgc.equations.motions.stiffness import Stiffness, judge_stiffness
+from bgc.equations.storage.constrained_energy import (
+    ConstrainedEnergy,
+    ReducedMatrix,
+    cannot_merge,
+    eliminate,
+)
 from bgc.equations.storage.coordinates import (
     effort_coordinate,
     element_coordinate,
@@ -36,6 +39,8 @@ from bgc.equations.storage.kinds import IntegratedState, StorageElement, Storage
 from bgc.equations.variables.definitions import Explicit, Unknown, Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Node, Source
+
+_LEAST_EIGENVALUE = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diagonal of ones or less
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +271,7 @@ class _Merging:
             parts = (dag.mul(node, self._leading(j).state.symbol) for j, node in slot.moved.items())
             whole = Explicit(dag.add(rests[i], dag.sum(parts)))
             variables.set_definition(slot.state.symbol, whole, slot.place)
-        solution = self._solve_linear(members, rests)
+        solution = self._eliminated(members, rests)
         for j in members:
             leader = self._leading(j)
             symbol = leader.state.symbol
@@ -306,52 +311,62 @@ class _Merging:
             total = dag.add(total, dag.mul(moved, force))
         return total
 
-    def _solve_linear(
+    def _eliminated(
         self, members: Sequence[int], rests: Mapping[int, Node]
     ) -> dict[int, Node] | None:
-        """Solve for the designated charges of a group of linear compliances.
+        """The designated charges of a group of linear compliances, by motion.
 
         None for other groups, and where the common stiffness is not positive definite.
         """
-        dag = self._dag
-        slots = {i: self._slots[i] for i in self._moved_slots(members)}
-        if not all(slot.is_charge and slot.element.law.response for slot in slots.values()):
+        elements = [self._slots[i].element for i in self._moved_slots(members)]
+        ports = [port for element in elements for port in element.ports]
+        if not all(e.law.response for e in elements) or any(
+            port.port.role is not Role.COMPLIANCE for port in ports
+        ):
             return None
-        order = {j: n for n, j in enumerate(members)}
-        at = {slot.port.index: i for i, slot in slots.items() if slot.port is not None}
-        matrix: list[dict[int, Node]] = [{} for _ in members]
-        parts: list[list[Node]] = [[] for _ in members]  # of the diagonal
-        right = [dag.neg(self._driven(j)) for j in members]
-        for slot in slots.values():
-            assert slot.port is not None and slot.element.law.response is not None
-            line = slot.element.law.response[slot.port.port.position]
-            effort: dict[int, Node] = {}
-            rest = dag.zero
-            for other, entry in zip(slot.element.ports, line, strict=True):
-                i = at.get(other.index)
-                known = other.state if i is None else rests.get(i, dag.zero)
-                rest = dag.add(rest, dag.mul(entry, known))
-                for j, node in slots[i].moved.items() if i is not None else ():
-                    effort[j] = dag.add(effort.get(j, dag.zero), dag.mul(entry, node))
-            for j, weight in slot.moved.items():
-                row = matrix[order[j]]
-                for other_j, node in effort.items():
-                    column = order[other_j]
-                    term = dag.mul(weight, node)
-                    row[column] = dag.add(row.get(column, dag.zero), term)
-                    if other_j == j:
-                        parts[column].append(term)
-                right[order[j]] = dag.sub(right[order[j]], dag.mul(weight, rest))
-        match judge_stiffness(self._variables, matrix, parts):
-            case Stiffness.DEFINITE:
-                (solution,) = solve_definite(dag, self._fingerprints, matrix, [right])
-                return {j: solution[n] for j, n in order.items()}
-            case Stiffness.REGULAR:
-                return None
-            case Stiffness.SINGULAR:
+        energy = self._potential_energy(members, rests)
+        stiffness = ReducedMatrix(self._variables, energy)
+        if not stiffness.is_definite(_LEAST_EIGENVALUE):
+            if stiffness.is_singular(_LEAST_EIGENVALUE):
                 raise self._cannot_merge(members, "their common stiffness is singular")
-            case unknown:
-                assert_never(unknown)
+            return None
+        count = len(self._slots)
+        symbols = [slot.state.symbol for slot in self._slots]
+        found = eliminate(
+            self._variables, energy, lambda k: symbols[k] if k < count else rests[k - count]
+        )
+        return None if found is None else {j: found.values[self._leaders[j]] for j in members}
+
+    def _potential_energy(
+        self, members: Sequence[int], rests: Mapping[int, Node]
+    ) -> ConstrainedEnergy:
+        """`1/2 x' K x + driven' x_d` over the slots of charges, where `x = y + B x_d`.
+
+        The designated x_d are free. The remaining states y have numbers behind those of the slots.
+        """
+        dag, count = self._dag, len(self._slots)
+        slots = self._moved_slots(members)
+        at = {slot.port.index: i for i, slot in enumerate(self._slots) if slot.port is not None}
+        matrix: dict[int, dict[int, Node]] = {}
+        for element in {self._slots[i].place: self._slots[i].element for i in slots}.values():
+            assert element.law.response is not None
+            for port, line in zip(element.ports, element.law.response, strict=True):
+                matrix[at[port.index]] = {
+                    at[other.index]: entry
+                    for other, entry in zip(element.ports, line, strict=True)
+                    if entry != dag.zero
+                }
+        free = [self._leaders[j] for j in members]
+        definitions = [
+            Definition(
+                i,
+                {count + i: dag.one}
+                | {self._leaders[j]: node for j, node in self._slots[i].moved.items()},
+            )
+            for i in rests
+        ]
+        driven = {k: dag.neg(self._driven(j)) for k, j in zip(free, members, strict=True)}
+        return ConstrainedEnergy(Form(matrix, driven), definitions, free)
 
     # --- remaining states ---------------------------------------------------------------------
 
@@ -455,7 +470,6 @@ class _Merging:
         return variables.places.unsolvable(symbols)
 
     def _cannot_merge(self, members: Sequence[int], why: str) -> BgError:
-        first, *others = (self._slots[i] for i in self._moved_slots(members))
-        names = list(dict.fromkeys(name for slot in others for name in slot.state.stores))
-        storage = first.element.storage
-        return BgError([storage_messages.dependent_storage(storage.span, storage.name, names, why)])
+        slots = [self._slots[i] for i in self._moved_slots(members)]
+        names = [name for slot in slots for name in slot.state.stores]
+        return cannot_merge(slots[0].element, names, why)

@@ -16,15 +16,19 @@ from __future__ import annotations
 import math
 import random
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
 from bgc.algebra.quadratic import Definition, Form, Minimum, minimise
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
 
+_EQUAL = 1e-12  # of the scaled entries
 _TOLERANCE = 1e-6  # of the terms of a sum; far above rounding, far below the effect of a wrong sign
 
 
@@ -156,12 +160,15 @@ class ReducedMatrix:
         self.entries = [[0.0] * size for _ in range(size)]
         self.sizes = [0.0] * size
         for k, coupled in energy.form.matrix.items():
+            pulls: dict[int, float] = {}  # the slope along variable k
             for other, node in coupled.items():
                 entry = numbers.value(node)
-                for i, x in self.rows.get(k, {}).items():
-                    for j, y in self.rows.get(other, {}).items():
-                        self.entries[i][j] += entry * x * y
-                        self.sizes[i] += abs(entry * x * y) if i == j else 0.0
+                for j, y in self.rows.get(other, {}).items():
+                    pulls[j] = pulls.get(j, 0.0) + entry * y
+            for i, x in self.rows.get(k, {}).items():
+                self.sizes[i] += abs(x * pulls.get(i, 0.0))
+                for j, pull in pulls.items():
+                    self.entries[i][j] += x * pull
 
     @property
     def is_known(self) -> bool:
@@ -169,6 +176,38 @@ class ReducedMatrix:
         finite = all(math.isfinite(entry) for row in self.entries for entry in row)
         diagonal = [abs(row[i]) for i, row in enumerate(self.entries)]
         return finite and not any(0 < x < sys.float_info.min for x in diagonal)
+
+    def is_definite(self, least: float) -> bool:
+        """Return whether it is known, symmetric, and has eigenvalues above `least`.
+
+        It is scaled to a diagonal of ones, less where parts of it cancel.
+        """
+        if not self.is_known:
+            return False
+        roots = [size**0.5 for size in self.sizes]
+        symmetric = all(
+            abs(self.entries[i][j] - self.entries[j][i]) <= _EQUAL * a * roots[j]
+            for i, a in enumerate(roots)
+            for j in range(i)
+        )
+        return symmetric and soft_motion(self.entries, self.sizes, least, 0.0) is None
+
+    def is_singular(self, least: float) -> bool:
+        """Return whether it is known and Gaussian elimination has a pivot of at most `least`."""
+        roots = [size**0.5 or 1.0 for size in self.sizes]
+        rows = [
+            [x / (a * b) for x, b in zip(row, roots, strict=True)]
+            for row, a in zip(self.entries, roots, strict=True)
+        ]
+        for k in range(len(rows) if self.is_known else 0):
+            best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]))
+            rows[k], rows[best] = rows[best], rows[k]
+            if abs(rows[k][k]) <= least:
+                return True
+            for row in rows[k + 1 :]:
+                factor = row[k] / rows[k][k]
+                row[k:] = [x - factor * y for x, y in zip(row[k:], rows[k][k:], strict=True)]
+        return False
 
 
 def soft_motion(
@@ -202,10 +241,8 @@ def soft_motion(
     return None
 
 
-def is_symmetric(matrix: Sequence[Sequence[float]], sizes: Sequence[float], equal: float) -> bool:
-    """Return whether the scaled matrix is symmetric to within `equal`."""
-    return all(
-        abs(matrix[i][j] - matrix[j][i]) <= equal * (sizes[i] * sizes[j]) ** 0.5
-        for i in range(len(matrix))
-        for j in range(i)
-    )
+def cannot_merge(element: StorageElement, names: Iterable[str], why: str) -> BgError:
+    """The error that refuses storage which is merged, at its first element."""
+    first = element.storage
+    others = [name for name in dict.fromkeys(names) if name != first.name]
+    return BgError([storage_messages.dependent_storage(first.span, first.name, others, why)])
