@@ -17,8 +17,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+import bgc
 import bgc.runtime
 from bgc.building.build import runtime_sources
+from bgc.runtime.model import Model
 from bgc.runtime.running.structures import CountsStruct, OptionsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
@@ -233,6 +235,20 @@ def measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "measured"
     monkeypatch.setattr("bgc.runtime.running.recommendation.FOLDER", str(folder))
     return folder
+
+
+@pytest.fixture(scope="module")
+def oscillator_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from ensembles import OSCILLATOR  # needs what runs ensembles, which most tests do not
+
+    path = tmp_path_factory.mktemp("model") / "oscillator.bg"
+    path.write_text(OSCILLATOR)
+    return path
+
+
+@pytest.fixture(scope="module")
+def oscillator(oscillator_file: Path) -> Model:
+    return bgc.compile(oscillator_file)
 
 
 @pytest.fixture(scope="module")

@@ -9,20 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from ensembles import OSCILLATOR, interrupt_after
+from ensembles import interrupt_after
 
 import bgc
 from bgc.runtime.cli.app import application
 from bgc.runtime.running import many, partial_ensemble
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def oscillator_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("model") / "oscillator.bg"
-    path.write_text(OSCILLATOR)
-    return path
 
 
 def sweep(*arguments: str | Path):
