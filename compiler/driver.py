@@ -81,7 +81,7 @@ class Stages:
     folding
         The graph with the zeros and ones that the scene fixes put in.
     causal
-        Strokes and independent flows.
+        Strokes and independent flows; those of the equations once there are equations.
     equations, sliced, optimised
         The assigned state equations, those that the scene needs, and their simplified form.
     lowered, emitted
@@ -146,9 +146,8 @@ def compile_scene(
         The model is at fault; with every independent mistake that the failing stage found.
     """
     results: dict[str, Any] = {}
-    warnings: list[Diagnostic] = []
     seconds: dict[str, float] = {}
-    stages = _stages(path, options, prepare, package, warnings)
+    stages = _stages(path, options, prepare, package)
     order = get_args(Stage)
     begin = perf_counter()
     for place in range(len(order)):
@@ -163,7 +162,7 @@ def compile_scene(
         if stage == until:
             break
         begin = perf_counter()
-    return Stages({**results, "warnings": tuple(warnings), "seconds": MappingProxyType(seconds)})
+    return Stages({"warnings": (), **results, "seconds": MappingProxyType(seconds)})
 
 
 def _stages(
@@ -171,12 +170,8 @@ def _stages(
     options: Options,
     prepare: Prepare | None,
     given: Package | None,
-    warnings: list[Diagnostic],
 ) -> Iterator[tuple[Stage, Mapping[str, Any]]]:
-    """Run one stage after the other; yield each with its results, by their names in `Stages`.
-
-    That of the equations may replace the causality, if equations could not be derived from it.
-    """
+    """Run one stage after the other; yield each with its results, by their names in `Stages`."""
     package = given or load(path)
     yield "parse", {"package": package}
 
@@ -192,27 +187,21 @@ def _stages(
     )
     graph = with_accounts(graph) if options.audited else graph
     graph = prepare(graph) if prepare else graph
-    warnings += graph.warnings
-    yield "elaborate", {"graph": graph}
+    yield "elaborate", {"graph": graph, "warnings": graph.warnings}
 
     law_warnings = check_physics(graph)
-    warnings += law_warnings
-    yield "physics", {"law_warnings": law_warnings}
+    warnings = (*graph.warnings, *law_warnings)
+    yield "physics", {"law_warnings": law_warnings, "warnings": warnings}
 
     folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
     yield "fold", {"folding": folding}
 
-    first, derived = causality_of(folding.graph)
-    warnings += first.warnings
-    yield "causality", {"causal": first}
+    assigned, outcome = causality_of(folding.graph)
+    yield "causality", {"causal": assigned, "warnings": (*warnings, *assigned.warnings)}
 
-    causal, equations = equations_of(first, derived)
-    replaced: dict[str, Any] = {}
-    if causal is not first:
-        warnings[:] = [*(w for w in warnings if w not in first.warnings), *causal.warnings]
-        replaced["causal"] = causal
-    warnings += equations.warnings
-    yield "equations", {**replaced, "equations": equations}
+    causal, equations = equations_of(assigned, outcome)
+    warnings = (*warnings, *causal.warnings, *equations.warnings)
+    yield "equations", {"causal": causal, "equations": equations, "warnings": warnings}
 
     sliced = with_divisor_checks(equations if options.whole else slice_program(equations))
     yield "slice", {"sliced": sliced}

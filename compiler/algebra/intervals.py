@@ -119,7 +119,7 @@ def _hull(ends: Ends[End], *found: Interval[End]) -> Interval[End]:
     return hull
 
 
-def _corners(
+def corners(
     ends: Ends[End], f: Callable[[End, End], End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
     """The hull of an operation at all pairs of ends, between which it is monotone in each operand.
@@ -133,13 +133,15 @@ def _corners(
 # --- arithmetic ---------------------------------------------------------------------------------
 
 
-def _unknown(ends: Ends[End], f: Callable[..., End], *operands: Interval[End]) -> Interval[End]:
+def unknown(ends: Ends[End], f: Callable[..., End], *operands: Interval[End]) -> Interval[End]:
+    """Anywhere in the image."""
     return Interval()
 
 
-def _sum(
+def total(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
+    """The sums of both ends."""
     return Interval(_both(ends.add, a.low, b.low), _both(ends.add, a.high, b.high))
 
 
@@ -149,20 +151,21 @@ def opposite(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interv
     return Interval(low, None if a.low is None else ends.neg(a.low))
 
 
-def _difference(
+def difference(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
-    return _sum(ends, f, a, opposite(ends, f, b))
+    """A sum with the opposite."""
+    return total(ends, f, a, opposite(ends, f, b))
 
 
-def _product(
+def product(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
     """By the signs of the factors where they are known, else by all four ends."""
     for factor, other in ((a, b), (b, a)):
         least, most = numbers_of(ends, factor)
         if most <= 0 and least < 0:
-            return opposite(ends, f, _product(ends, f, opposite(ends, f, factor), other))
+            return opposite(ends, f, product(ends, f, opposite(ends, f, factor), other))
         first, last = numbers_of(ends, other)
         if least >= 0 and first >= 0:
             low = _both(ends.mul, factor.low, other.low)
@@ -171,18 +174,18 @@ def _product(
             lows = (_both(ends.mul, x, other.low) for x in (factor.low, factor.high))
             highs = (_both(ends.mul, x, other.high) for x in (factor.low, factor.high))
             return Interval(_both(ends.least, *lows), _both(ends.greatest, *highs))
-    return _corners(ends, ends.mul, a, b)
+    return corners(ends, ends.mul, a, b)
 
 
-def _quotient(
+def quotient(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
     """By the sign of the divisor, which may reach zero only beside a dividend of one sign."""
     least, most = numbers_of(ends, b)
     if most <= 0 and least < 0:
-        return opposite(ends, f, _quotient(ends, f, a, opposite(ends, f, b)))
+        return opposite(ends, f, quotient(ends, f, a, opposite(ends, f, b)))
     if least < 0:
-        return _corners(ends, ends.div, a, b) if b.low == b.high else Interval()
+        return corners(ends, ends.div, a, b) if b.low == b.high else Interval()
     zero = ends.const(Fraction(0))
     first, last = numbers_of(ends, a)
 
@@ -200,7 +203,7 @@ def _quotient(
     return Interval(low, _both(ends.greatest, high, far(a.high)))
 
 
-def _power(
+def power(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
     """A negative base has a power with a whole exponent only."""
@@ -209,60 +212,62 @@ def _power(
     if exponent != most or not math.isfinite(exponent):
         if base < 0:
             return Interval()
-        corners = _corners(ends, f, a, b)
-        return within(ends, corners if base > 0 else Interval(), (0, None))
+        found = corners(ends, f, a, b) if base > 0 else Interval(None, None)
+        return within(ends, found, (0, None))
     if exponent % 2 == 1:
         if exponent > 0:
-            return _rising(ends, lambda x: f(x, b.low), a)
+            return rising(ends, lambda x: f(x, b.low), a)
         if base <= 0:
             return Interval()
     elif exponent % 2 == 0:
-        a = _size(ends, f, a)
+        a = size(ends, f, a)
     a = within(ends, a, (0, None))
     if exponent >= 0:
-        return _rising(ends, lambda x: f(x, b.low), a)
+        return rising(ends, lambda x: f(x, b.low), a)
     positive = a if numbers_of(ends, a)[0] > 0 else Interval(None, a.high)
-    return within(ends, _falling(ends, lambda x: f(x, b.low), positive), (0, None))
+    return within(ends, falling(ends, lambda x: f(x, b.low), positive), (0, None))
 
 
-def _choice(
+def choice(
     ends: Ends[End],
     f: Callable[..., End],
     condition: Interval[End],
     yes: Interval[End],
     no: Interval[End],
 ) -> Interval[End]:
+    """One of both, by the condition where it is certain."""
     least, most = numbers_of(ends, condition)
     if least > 0 or most < 0:
         return yes
     return no if least == most == 0 else _hull(ends, yes, no)
 
 
-def _remainder(
+def remainder(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
     """No larger than either operand, with the sign of the first one."""
-    size = _either(ends.least, _size(ends, f, a).high, _size(ends, f, b).high)
-    zero = ends.const(Fraction(0))
-    least, most = numbers_of(ends, a)
-    low = None if size is None else ends.neg(size)
-    return Interval(zero if least >= 0 else low, zero if most <= 0 else size)
+    most = _either(ends.least, size(ends, f, a).high, size(ends, f, b).high)
+    below, above = numbers_of(ends, a)
+    zero, least = ends.const(Fraction(0)), None if most is None else ends.neg(most)
+    return Interval(zero if below >= 0 else least, zero if above <= 0 else most)
 
 
 # --- functions ----------------------------------------------------------------------------------
 
 
-def _rising(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+def rising(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+    """The values at both ends."""
     low = None if a.low is None else f(a.low)
     return Interval(low, None if a.high is None else f(a.high))
 
 
-def _falling(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
-    found = _rising(ends, f, a)
+def falling(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+    """The values at both ends, exchanged."""
+    found = rising(ends, f, a)
     return Interval(found.high, found.low)
 
 
-def _size(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+def size(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
     """The absolute values in an interval."""
     least, most = numbers_of(ends, a)
     if least >= 0:
@@ -274,39 +279,42 @@ def _size(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[
     return within(ends, Interval(low, _both(ends.greatest, a.high, turned.high)), (0, None))
 
 
-def _even(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+def even(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
     """An even function that rises from zero on."""
-    return _rising(ends, f, _size(ends, f, a))
+    return rising(ends, f, size(ends, f, a))
 
 
-def _hypotenuse(
+def hypotenuse(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
-    x, y = _size(ends, f, a), _size(ends, f, b)
+    """The values at both ends of the sizes."""
+    x, y = size(ends, f, a), size(ends, f, b)
     return Interval(_both(f, x.low, y.low), _both(f, x.high, y.high))
 
 
-def _maximum(
+def largest(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
+    """The larger ends, of which one is enough below."""
     low = _either(ends.greatest, a.low, b.low)
     return Interval(low, _both(ends.greatest, a.high, b.high))
 
 
-def _minimum(
+def smallest(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
+    """The smaller ends, of which one is enough above."""
     return Interval(_both(ends.least, a.low, b.low), _either(ends.least, a.high, b.high))
 
 
-def _wave(top: float) -> Rule:
+def wave(top: float) -> Rule:
     """A function of period 2 pi, with its maximum at `top` and its minimum half a period later."""
 
     def rule(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
         low, high = ((x - top) / math.pi for x in numbers_of(ends, a))
         if not high - low < 2:
             return Interval()
-        at_ends = _hull(ends, _rising(ends, f, a), _falling(ends, f, a))
+        at_ends = _hull(ends, rising(ends, f, a), falling(ends, f, a))
         turns = range(math.ceil(low - _MARGIN), math.floor(high + _MARGIN) + 1)
         return Interval(
             None if any(k % 2 == 1 for k in turns) else at_ends.low,
@@ -316,38 +324,15 @@ def _wave(top: float) -> Rule:
     return rule
 
 
-def _tangent(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
+def tangent(ends: Ends[End], f: Callable[..., End], a: Interval[End]) -> Interval[End]:
     """Rising between two poles."""
     low, high = (x / math.pi + 0.5 for x in numbers_of(ends, a))
     between = math.isfinite(high - low) and math.floor(low - _MARGIN) == math.floor(high + _MARGIN)
-    return _rising(ends, f, a) if between else Interval()
+    return rising(ends, f, a) if between else Interval()
 
 
 _MARGIN = 1e-9  # half turns by which an end may miss a maximum, a minimum or a pole
 
-UNKNOWN = Bounds("unknown", _unknown)
-SUM = Bounds("sum", _sum)
-DIFFERENCE = Bounds("difference", _difference)
-PRODUCT = Bounds("product", _product)
-QUOTIENT = Bounds("quotient", _quotient)
-OPPOSITE = Bounds("opposite", opposite)
-POWER = Bounds("power", _power)
-CHOICE = Bounds("choice", _choice)
-MAXIMUM = Bounds("max", _maximum)
-MINIMUM = Bounds("min", _minimum)
-LESS = Bounds("less", _corners)
-AT_MOST = Bounds("at_most", _corners)
-EQUAL = Bounds("equal", _unknown)
-BOTH = Bounds("both", _unknown)
-EITHER = Bounds("either", _unknown)
-NEGATION = Bounds("negation", _unknown)
-SINE = Bounds("sin", _wave(math.pi / 2))
-COSINE = Bounds("cos", _wave(0.0))
-TANGENT = Bounds("tan", _tangent)
-ANGLE = Bounds("atan2", _unknown)
-HYPERBOLIC_COSINE = Bounds("cosh", _even)
-HYPOTENUSE = Bounds("hypot", _hypotenuse)
-SIZE = Bounds("abs", _size)
-REMAINDER = Bounds("remainder", _remainder)
-RISING = Bounds("rising", _rising, takes_function=True)
-FALLING = Bounds("falling", _falling, takes_function=True)
+UNKNOWN = Bounds("unknown", unknown)
+RISING = Bounds("rising", rising, takes_function=True)
+FALLING = Bounds("falling", falling, takes_function=True)

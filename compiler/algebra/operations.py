@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from bgc.algebra import doubles, intervals
 from bgc.algebra.angles import PI, cosine_of, sine_of, tangent_of
+from bgc.algebra.intervals import Bounds
 from bgc.algebra.nodes import Node
 from bgc.algebra.operation import (
     Builder,
@@ -158,14 +159,14 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (d.one, d.one),
         symmetric=True,
         infix=Infix("+", 5),
-        bounds=intervals.SUM,
+        bounds=Bounds("sum", intervals.total),
     )
     SUB = Operation(
         arguments=("a", "b"),
         evaluate=lambda a, b: a - b,
         partials=lambda d, y, a, b: (d.one, d.const(-1)),
         infix=Infix("-", 5, strict_right=True),
-        bounds=intervals.DIFFERENCE,
+        bounds=Bounds("difference", intervals.difference),
     )
     MUL = Operation(
         arguments=("a", "b"),
@@ -173,7 +174,7 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (b, a),
         symmetric=True,
         infix=Infix("*", 6),
-        bounds=intervals.PRODUCT,
+        bounds=Bounds("product", intervals.product),
     )
     DIV = Operation(
         arguments=("a", "b"),
@@ -181,7 +182,7 @@ class Op(IntEnum):
         partials=_quotient_partials,
         watch=Watch.RECIPROCAL,
         infix=Infix("/", 6, strict_right=True),
-        bounds=intervals.QUOTIENT,
+        bounds=Bounds("quotient", intervals.quotient),
     )
     NEG = Operation(
         arguments=("a",),
@@ -190,7 +191,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.neg(y),
         parity=Parity.ODD,
         infix=Infix("-", 7),
-        bounds=intervals.OPPOSITE,
+        bounds=Bounds("opposite", intervals.opposite),
     )
     POW = Operation(
         arguments=("a", "b"),
@@ -199,14 +200,14 @@ class Op(IntEnum):
         infix=Infix("^", 8, strict_left=True),
         c="pow",
         lanes=Lanes.LIBMVEC,
-        bounds=intervals.POWER,
+        bounds=Bounds("power", intervals.power),
     )
     SELECT = Operation(  # a if nonzero then b else c
         arguments=("condition", "yes", "no"),
         evaluate=doubles.choose,
         partials=None,
         choice=lambda d, condition, yes, no: (condition, yes, no),
-        bounds=intervals.CHOICE,
+        bounds=Bounds("choice", intervals.choice),
     )
     MAX = Operation(
         name="max",
@@ -227,7 +228,7 @@ class Op(IntEnum):
         c="model_max",
         c_formula="a > b || a != a ? a : b",
         lanes=Lanes.HEADER,
-        bounds=intervals.MAXIMUM,
+        bounds=Bounds("max", intervals.largest),
     )
     MIN = Operation(
         name="min",
@@ -248,7 +249,7 @@ class Op(IntEnum):
         c="model_min",
         c_formula="a < b || a != a ? a : b",
         lanes=Lanes.HEADER,
-        bounds=intervals.MINIMUM,
+        bounds=Bounds("min", intervals.smallest),
     )
 
     # --- signs, comparisons, logic: piecewise constant ------------------------------------------
@@ -283,7 +284,7 @@ class Op(IntEnum):
         c_formula="a < b ? 1.0 : a >= b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a < b, a >= b)",
-        bounds=intervals.LESS,
+        bounds=Bounds("less", intervals.corners),
         image=_TRUTH,
     )
     LE = Operation(
@@ -299,7 +300,7 @@ class Op(IntEnum):
         c_formula="a <= b ? 1.0 : a > b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a <= b, a > b)",
-        bounds=intervals.AT_MOST,
+        bounds=Bounds("at_most", intervals.corners),
         image=_TRUTH,
     )
     EQ = Operation(
@@ -314,7 +315,7 @@ class Op(IntEnum):
         c_formula="a == b ? 1.0 : a == a && b == b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a == b, (a < b) | (a > b))",
-        bounds=intervals.EQUAL,
+        bounds=Bounds("equal", intervals.unknown),
         image=_TRUTH,
     )
     AND = Operation(  # an undefined side does not matter where the other decides
@@ -330,7 +331,7 @@ class Op(IntEnum):
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(lane_is(a) & lane_is(b), "
         "(a == lane_of(0.0)) | (b == lane_of(0.0)))",
-        bounds=intervals.BOTH,
+        bounds=Bounds("both", intervals.unknown),
         image=_TRUTH,
     )
     OR = Operation(
@@ -346,7 +347,7 @@ class Op(IntEnum):
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(lane_is(a) | lane_is(b), "
         "(a == lane_of(0.0)) & (b == lane_of(0.0)))",
-        bounds=intervals.EITHER,
+        bounds=Bounds("either", intervals.unknown),
         image=_TRUTH,
     )
     NOT = Operation(
@@ -361,7 +362,7 @@ class Op(IntEnum):
         c_formula="a == 0.0 ? 1.0 : a == a ? 0.0 : a",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a == lane_of(0.0), lane_is(a))",
-        bounds=intervals.NEGATION,
+        bounds=Bounds("negation", intervals.unknown),
         image=_TRUTH,
     )
 
@@ -378,7 +379,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 + t * t)),
         latex=r"\sin",
         lanes=Lanes.LIBMVEC,
-        bounds=intervals.SINE,
+        bounds=Bounds("sin", intervals.wave(math.pi / 2)),
         image=(-1, 1),
     )
     COS = Operation(
@@ -392,7 +393,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (1 - t * t, 1 + t * t)),
         latex=r"\cos",
         lanes=Lanes.LIBMVEC,
-        bounds=intervals.COSINE,
+        bounds=Bounds("cos", intervals.wave(0.0)),
         image=(-1, 1),
     )
     TAN = Operation(
@@ -406,7 +407,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 - t * t)),
         latex=r"\tan",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=intervals.TANGENT,
+        bounds=Bounds("tan", intervals.tangent),
     )
     ASIN = Operation(
         name="asin",
@@ -456,7 +457,7 @@ class Op(IntEnum):
         evaluate=math.atan2,
         partials=_angle_partials,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=intervals.ANGLE,
+        bounds=Bounds("atan2", intervals.unknown),
         image=(-2 * _RIGHT_ANGLE, 2 * _RIGHT_ANGLE),
     )
 
@@ -485,7 +486,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t * t, 1 - t * t)),
         latex=r"\cosh",
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=intervals.HYPERBOLIC_COSINE,
+        bounds=Bounds("cosh", intervals.even),
         image=(1, None),
     )
     TANH = Operation(
@@ -642,7 +643,7 @@ class Op(IntEnum):
         partials=_hypotenuse_partials,
         symmetric=True,
         lanes=Lanes.LIBMVEC_2_35,
-        bounds=intervals.HYPOTENUSE,
+        bounds=Bounds("hypot", intervals.hypotenuse),
         image=(0, None),
     )
     ABS = Operation(
@@ -660,7 +661,7 @@ class Op(IntEnum):
         latex=r"\left| # \right|",
         c="fabs",
         lanes=Lanes.HEADER,
-        bounds=intervals.SIZE,
+        bounds=Bounds("abs", intervals.size),
         image=(0, None),
     )
     FLOOR = Operation(
@@ -695,7 +696,7 @@ class Op(IntEnum):
         partials=lambda d, y, a, b: (d.one, d.neg(d.div(d.sub(a, y), b))),
         jump=Jump.TRUNC,
         pieces=_remainder_in_mode,
-        bounds=intervals.REMAINDER,
+        bounds=Bounds("remainder", intervals.remainder),
     )
 
     # --- special functions ----------------------------------------------------------------------

@@ -22,7 +22,7 @@ from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.causality.working_rows import Elimination
 from bgc.diagnostics.catalogue import causality as catalogue
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Refused
 from bgc.ir.causal import (
     Basis,
     BasisKind,
@@ -63,6 +63,22 @@ class _Way:
 def assign_causality(
     graph: FlatGraph, *, ranged: bool = False, opened: bool = False
 ) -> CausalGraph:
+    """Find the independent flows of a graph as `assign` does.
+
+    Raises
+    ------
+    BgError
+        Sources contradict each other, or rigid connections form a closed chain.
+    """
+    found = assign(graph, ranged=ranged, opened=opened)
+    if isinstance(found, Refused):
+        raise found.error
+    return found
+
+
+def assign(
+    graph: FlatGraph, *, ranged: bool = False, opened: bool = False
+) -> CausalGraph | Refused:
     """Find the independent flows of a graph and everything that follows from them.
 
     Guarantees that N satisfies every row (proven at random points), and that every divisor is a
@@ -70,21 +86,16 @@ def assign_causality(
     the laws of elements. With `ranged`, moduli that vary within a range without zero are divisors
     too, where no other is left. With `opened`, the rows of the parts that close chains (`Weld`) are
     left out of the elimination, so that the coordinates of an open tree are independent; without
-    it that is done where the graph is refused otherwise.
-
-    Raises
-    ------
-    BgError
-        Sources contradict each other, or rigid connections form a closed chain.
+    it that is done where the graph is refused otherwise. A graph is refused if sources contradict
+    each other, or if rigid connections form a closed chain.
     """
     cut = _closing_junctions(graph)
     if not (opened and cut):
-        try:
-            found = _assigned(graph, _Way(weak=cut, ranged=ranged))
+        found = _assigned(graph, _Way(weak=cut, ranged=ranged))
+        if isinstance(found, CausalGraph):
             return found if ranged else _sparing(graph, found)
-        except BgError:
-            if not cut:
-                raise
+        if not cut:
+            return found
     return _assigned(graph, _Way(cut, ranged=ranged))
 
 
@@ -110,11 +121,10 @@ def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
         for end in row.ends
         if certifier.may_vanish(end.coefficient)
     )
-    try:
-        other = _assigned(graph, _Way(carrying=carrying))
-    except BgError:
-        return found
-    return other if _surplus(other) < surplus else found
+    other = _assigned(graph, _Way(carrying=carrying))
+    if isinstance(other, CausalGraph) and _surplus(other) < surplus:
+        return other
+    return found
 
 
 def _surplus(causal: CausalGraph) -> int:
@@ -143,18 +153,22 @@ def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
     )
 
 
-def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
+def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     """Assign causality in one way."""
     fingerprints = Fingerprints(graph.dag)
     structure = junction_structure(graph, way.cut)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=way.ranged)
-    _refuse_shared_flows(graph, structure)
+    errors = _shared_flows(graph, structure)
+    if errors:
+        return Refused(BgError(errors))
     elimination = eliminate(
         graph.dag, fingerprints, certifier, structure, way.carrying, way.following
     )
     if way.weak and elimination.unsolved and elimination.weakest < _ROUNDING:
         return _assigned(graph, _Way(cut=way.weak, ranged=way.ranged))
-    warnings, closures = _judge_remaining(graph, structure, certifier, elimination, way.cut)
+    warnings, closures, errors = _judge_remaining(graph, structure, certifier, elimination, way.cut)
+    if errors:
+        return Refused(BgError(errors))
     steps, watched = sequence_rows(
         graph.dag,
         fingerprints,
@@ -168,7 +182,9 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
     rows = (*elimination.rows, *late)
     closing = {closure.row for closure in closures}
     _verify(fingerprints, graph.dag, structure, elimination.rows, flows, closing)
-    basis = _basis(graph, structure, independent, flows)
+    basis, errors = _basis(graph, structure, independent, flows)
+    if errors:
+        return Refused(BgError(errors))
     closures += [
         Closure(number, (row.element,)) for number, row in enumerate(late, len(elimination.rows))
     ]
@@ -176,7 +192,9 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph:
     if still and way.cut and not way.following:
         following = _without_inertia(structure, [rows[c.row] for c in still], basis, flows)
         return _assigned(graph, _Way(way.cut, following=following, ranged=way.ranged))
-    _refuse_without_inertia(graph, structure, rows, still, basis, flows)
+    errors = _without_any_inertia(graph, structure, rows, still, basis, flows)
+    if errors:
+        return Refused(BgError(errors))
     warnings += _warn(graph, structure, basis)
     return CausalGraph(
         graph=graph,
@@ -266,8 +284,11 @@ def _verify(
 
 def _basis(
     graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: _Flows
-) -> tuple[Basis, ...]:
-    """Decide what determines each independent flow, by the elements that it powers."""
+) -> tuple[tuple[Basis, ...], list[Diagnostic]]:
+    """Decide what determines each independent flow, by the elements that it powers.
+
+    Where these are sources only, there is an error for each.
+    """
     found: list[set[tuple[int, Role]]] = [set() for _ in independent]  # element, role
     for number, members in enumerate(structure.classes):
         for k in members.ports:
@@ -297,9 +318,7 @@ def _basis(
                 sources = sorted({element for element, _ in elements})
                 errors.append(_effort_conflict(graph, structure, number, sources, through))
         basis.append(Basis(number, kind))
-    if errors:
-        raise BgError(errors)
-    return tuple(basis)
+    return tuple(basis), errors
 
 
 def _columns_in_value(
@@ -322,8 +341,8 @@ def _columns_in_value(
 # --- diagnostics ------------------------------------------------------------------------------
 
 
-def _refuse_shared_flows(graph: FlatGraph, structure: Structure) -> None:
-    """Refuse two flow sources on bonds that share one flow."""
+def _shared_flows(graph: FlatGraph, structure: Structure) -> list[Diagnostic]:
+    """The errors for two flow sources on bonds that share one flow."""
     errors = []
     for members in structure.classes:
         sources = [k for k in members.ports if structure.ports[k].role is Role.FLOW_SOURCE]
@@ -331,8 +350,7 @@ def _refuse_shared_flows(graph: FlatGraph, structure: Structure) -> None:
             pair = [structure.ports[sources[0]].element, structure.ports[k].element]
             dual = structure.dual[members.bonds[0]]
             errors.append(_conflict(graph, pair, members.bonds, dual=dual))
-    if errors:
-        raise BgError(errors)
+    return errors
 
 
 def _effort_conflict(
@@ -368,8 +386,8 @@ def _judge_remaining(
     certifier: Certifier,
     elimination: Elimination,
     cut: Collection[int],
-) -> tuple[list[Diagnostic], list[Closure]]:
-    """Warn of redundant rows, refuse contradictory ones, and find those that close a chain.
+) -> tuple[list[Diagnostic], list[Closure], list[Diagnostic]]:
+    """Warnings of redundant rows, those that close a chain, and errors for contradictory ones.
 
     The rows of junctions in `cut` close one in any case.
     """
@@ -398,9 +416,7 @@ def _judge_remaining(
             errors.append(catalogue.zero_modulus(element.span, element.name))
         else:
             closures.append(Closure(row, tuple(elements)))
-    if errors:
-        raise BgError(errors)
-    return warnings, closures
+    return warnings, closures, errors
 
 
 def _moves_inertias_only(
@@ -426,15 +442,15 @@ def _without_inertia(
     return frozenset(basis[k].bond_class for k in taking_part if basis[k].kind not in given)
 
 
-def _refuse_without_inertia(
+def _without_any_inertia(
     graph: FlatGraph,
     structure: Structure,
     rows: Sequence[Row],
     closures: Sequence[Closure],
     basis: Sequence[Basis],
     flows: _Flows,
-) -> None:
-    """Refuse closed chains that move something without inertia, or lie in a dual region."""
+) -> list[Diagnostic]:
+    """The errors for closed chains that move something without inertia, or lie in a dual region."""
     errors = []
     for closure in closures:
         row = rows[closure.row]
@@ -444,8 +460,7 @@ def _refuse_without_inertia(
         others = [k for k in (*closure.elements, *holding(graph, met)) if k not in moduli]
         chain = connections(graph, moduli), connections(graph, others)
         errors.append(catalogue.rigid_chain(graph.elements[row.element].span, *chain))
-    if errors:
-        raise BgError(errors)
+    return errors
 
 
 def _moduli(graph: FlatGraph, elements: Iterable[int]) -> list[int]:

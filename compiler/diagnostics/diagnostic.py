@@ -17,6 +17,14 @@ class Severity(Enum):
     INFO = "info"
 
 
+class Fault(Enum):
+    """Where the fault is that an error reports."""
+
+    MODEL = "model"
+    CHOICE = "choice"  # in the flows chosen as independent: with others there may be none
+    START = "start"  # in the start alone: the equations can be derived
+
+
 @dataclass(frozen=True, slots=True)
 class Label:
     """A further place that belongs to a diagnostic, with a short text."""
@@ -40,7 +48,8 @@ class Diagnostic:
     `code` is stable (`BG201`). `message` is lower case, without a full stop, in the user's
     terms. `span` is the smallest place at fault, None without a place in a source (a missing
     file, a missing compiler). `help` is the way out, an imperative; `edits` are the texts
-    that it proposes, each an alternative of its own, the most likely first.
+    that it proposes, each an alternative of its own, the most likely first. `fault` tells what
+    else may be tried.
     """
 
     code: str
@@ -51,6 +60,7 @@ class Diagnostic:
     labels: tuple[Label, ...] = ()
     help: str = ""
     edits: tuple[Edit, ...] = ()
+    fault: Fault = Fault.MODEL
 
 
 def as_error(diagnostic: Diagnostic) -> Diagnostic:
@@ -73,6 +83,18 @@ class BgError(Exception):
         """Return the lines that IPython prints: the diagnostics with their excerpts, no frames."""
         notes: list[str] = getattr(self, "__notes__", [])
         return "\n".join(notes or [f"{type(self).__name__}: {self}"]).strip("\n").split("\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """What came of a choice that does not work, as a value: other choices may follow."""
+
+    error: BgError
+
+    @property
+    def faults(self) -> set[Fault]:
+        """Where the faults are."""
+        return {diagnostic.fault for diagnostic in self.error.diagnostics}
 
 
 def _line(diagnostic: Diagnostic) -> str:

@@ -11,7 +11,7 @@ call with the signature. In a text `{name}` is the value of a parameter, `{step:
 `{runs:counted run}` a number with its noun. Other braces stand for themselves. A parameter named
 `span`, `note`, `labels`, `help` or `edits` is that field of the diagnostic; the text of the row,
 if there is one, is used where it is empty. `labels` of a row gives the text at each parameter
-that is a span, or a sequence of spans.
+that is a span, or a sequence of spans. `fault` of a row tells whether other choices may help.
 
 A row that has to compute returns further values by name, or other values of its parameters.
 """
@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Generic, ParamSpec, TypeAlias
 
-from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label, Severity
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Fault, Label, Severity
 from bgc.diagnostics.source import Span
 from bgc.diagnostics.words import FORMS, counted
 
@@ -47,6 +47,7 @@ class Row(Generic[_P]):
     help: str
     note: str
     labels: Mapping[str, str]
+    fault: Fault
     function: Callable[_P, Values | None] = field(repr=False)
 
     def __call__(self, *args: _P.args, **kwargs: _P.kwargs) -> Diagnostic:
@@ -70,6 +71,7 @@ class Row(Generic[_P]):
             tuple(labels),
             values.get("help") or fill(self.help, values),
             tuple(edits),
+            self.fault,
         )
 
 
@@ -100,10 +102,12 @@ class _Texts:
     help: str = ""
     note: str = field(default="", kw_only=True)
     labels: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    fault: Fault = field(default=Fault.MODEL, kw_only=True)
 
     def __call__(self, function: Callable[_P, Values | None]) -> Row[_P]:
         code, _, message = self.text.partition(": ")
-        return Row(code, self.severity, message, self.help, self.note, self.labels, function)
+        texts = (message, self.help, self.note, self.labels)
+        return Row(code, self.severity, *texts, self.fault, function)
 
 
 error = partial(_Texts, Severity.ERROR)

@@ -1,4 +1,4 @@
-"""Ways to take a graph, from the plain one to those that models need which it refuses.
+"""Retry causality with other choices where the plain one is refused.
 
 Sources that follow their own reaction are resistances, written as sources. On a rigid mass,
 `MSf(f = g*(a - node.e))` gives the flow that `R { f = g*(a - e); }` would give. As a source it
@@ -7,60 +7,59 @@ gives (BG521). As a resistance it leaves the mass its state, and the value is so
 
 Moduli that vary within a range without zero (`2 + sin(angle)`) are divisors where no other is left.
 
-Both are tried where the plain way fails, so that the equations of all other models stay as they
-are. If these fail too, the error is that of the plain way, unless only initial values are at fault.
+Both are tried where the plain choice fails, so that the equations of all other models stay as
+they are. If these fail too, the error is that of the plain choice, unless only initial values are
+at fault.
 
-Around a closed chain the plain way takes rows with constant coefficients first, which makes planar
-linkages along the coordinate axes small. Where mounts are written in decimals, what rounding leaves
-of a coefficient may stand between an independent flow and its inertia. The chain is then opened
-where it is closed by a `Weld`: the coordinates of the open tree move inertias in any case.
+Around a closed chain the plain choice takes rows with constant coefficients first, which makes
+planar linkages along the coordinate axes small. Where mounts are written in decimals, what rounding
+leaves of a coefficient may stand between an independent flow and its inertia. The chain is then
+opened where it is closed by a `Weld`: the coordinates of the open tree move inertias in any case.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
+from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.assign import assign_causality, may_be_opened
+from bgc.causality.assign import assign, assign_causality, may_be_opened
 from bgc.causality.certificates import Certifier
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Fault, Refused
 from bgc.equations.derive import derive_equations
 from bgc.equations.variables.variable_names import RateInLoop
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
 
-_INITIAL = frozenset({"BG516", "BG517"})  # the equations could be derived, and the start not
-# Refusals of closed chains that depend on the flows chosen as independent.
-_OF_THE_WAY = frozenset({"BG502", "BG513", "BG525", "BG528"})
+Outcome: TypeAlias = Program | Refused | None
+"""What was derived from a causal graph; None where that was not tried yet."""
+
+Assigned: TypeAlias = tuple[CausalGraph, Outcome]
 
 
-def causality_of(graph: FlatGraph) -> tuple[CausalGraph, Program | None]:
-    """Assign causality by the first way that works.
+def causality_of(graph: FlatGraph) -> Assigned:
+    """Assign causality by the first choice that works.
 
-    The program is None unless the equations had to be derived to decide.
+    Equations are derived only where they have to decide.
 
     Raises
     ------
     BgError
         As `assign_causality` does. Errors in the equations are left to `equations_of`.
     """
-    try:
-        return _with_resistances(graph, ranged=False)
-    except BgError as err:
-        if not _has_ranged_modulus(graph):
-            raise
-        refused = err
-    try:
-        return _with_resistances(graph, ranged=True)
-    except BgError:
-        raise refused from None
+    found = plain = _by_first_choice(graph, ranged=False)
+    if isinstance(plain, Refused) and _has_ranged_modulus(graph):
+        found = _by_first_choice(graph, ranged=True)
+    if isinstance(found, Refused):
+        raise plain.error if isinstance(plain, Refused) else found.error
+    return found
 
 
-def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGraph, Program]:
+def equations_of(causal: CausalGraph, outcome: Outcome) -> tuple[CausalGraph, Program]:
     """Derive the equations of a causal graph, or of another one of the same graph.
 
     Raises
@@ -68,61 +67,78 @@ def equations_of(causal: CausalGraph, derived: Program | None) -> tuple[CausalGr
     BgError
         As `derive_equations` does.
     """
-    if derived is not None:
-        return causal, derived
-    try:
-        return causal, derive_equations(causal)
-    except BgError as err:
-        refused = err
-    if may_be_opened(causal) and not _OF_THE_WAY.isdisjoint(d.code for d in refused.diagnostics):
+    refused = outcome or _derived(causal)
+    if isinstance(refused, Program):
+        return causal, refused
+    if Fault.CHOICE in refused.faults and may_be_opened(causal):
         causal = assign_causality(causal.graph, ranged=causal.ranged, opened=True)
         return causal, derive_equations(causal)
-    for graph, ranged in _other_ways(causal, refused):
-        try:
-            other, program = _with_resistances(graph, ranged=ranged)
-            return other, program or derive_equations(other)
-        except BgError as err:
-            if _INITIAL.issuperset(d.code for d in err.diagnostics):
-                refused = err
-    raise refused
+    for graph, ranged in _other_choices(causal, refused):
+        found = _by_first_choice(graph, ranged=ranged)
+        other, outcome = (causal, found) if isinstance(found, Refused) else found
+        outcome = outcome or _derived(other)
+        if isinstance(outcome, Program):
+            return other, outcome
+        if outcome.faults == {Fault.START}:
+            refused = outcome
+    raise refused.error
 
 
-def _other_ways(causal: CausalGraph, refused: BgError) -> Iterator[tuple[FlatGraph, bool]]:
+def _derived(causal: CausalGraph) -> Program | Refused:
+    """The equations of a causal graph, or why there are none."""
+    try:
+        return derive_equations(causal)
+    except BgError as err:
+        return Refused(err)
+
+
+def _by_first_choice(graph: FlatGraph, *, ranged: bool) -> Assigned | Refused:
+    """Assign causality with as few sources as resistances as needed; else the first refusal."""
+    refused: Refused | None = None
+    for choice in _with_more_resistances(graph):
+        found = _assigned(choice, ranged=ranged, decide=refused is not None)
+        if not isinstance(found, Refused):
+            return found
+        refused = refused or found
+    assert refused is not None
+    return refused
+
+
+def _assigned(graph: FlatGraph, *, ranged: bool, decide: bool) -> Assigned | Refused:
+    """Assign causality, with sources in the loop of a rate as resistances.
+
+    Such a loop is looked for where a source may be in one, or if `decide` is set.
+    """
+    causal = assign(graph, ranged=ranged)
+    if isinstance(causal, Refused):
+        return causal
+    if not decide and not _may_follow(causal):
+        return causal, None
+    outcome = _derived(causal)
+    refused = outcome.error if isinstance(outcome, Refused) else None
+    if not isinstance(refused, RateInLoop) or not refused.sources:
+        return causal, outcome
+    found = _assigned(_with_followers(graph, refused.sources), ranged=ranged, decide=True)
+    return Refused(refused) if isinstance(found, Refused) else found
+
+
+def _with_more_resistances(graph: FlatGraph) -> Iterator[FlatGraph]:
+    """A graph, then with sources as resistances that may be ones: first the likely, then all."""
+    yield graph
+    for sources in (_reading_their_own_bond(graph), _reading_an_answer(graph)):
+        if sources:
+            graph = _with_followers(graph, sources)
+            yield graph
+
+
+def _other_choices(causal: CausalGraph, refused: Refused) -> Iterator[tuple[FlatGraph, bool]]:
     """Graphs to try after a refusal, each with whether divisors may vary within a range."""
     graph = causal.graph
     reading = _reading_an_answer(graph)
-    if isinstance(refused, RateInLoop) and reading:
+    if isinstance(refused.error, RateInLoop) and reading:
         yield _with_followers(graph, reading), causal.ranged
     if not causal.ranged and _has_ranged_modulus(graph):
         yield graph, True
-
-
-def _with_resistances(graph: FlatGraph, *, ranged: bool) -> tuple[CausalGraph, Program | None]:
-    """Assign causality, with sources that follow their own reaction as resistances where needed."""
-    candidates = [_reading_their_own_bond(graph), _reading_an_answer(graph)]
-    refused: BgError | None = None
-    while True:
-        try:
-            causal = assign_causality(graph, ranged=ranged)
-        except BgError as err:
-            refused = refused or err
-            while candidates and not candidates[0]:
-                del candidates[0]
-            if not candidates:
-                raise refused from None
-            graph = _with_followers(graph, candidates.pop(0))
-            continue
-        if not refused and not _may_follow(causal):
-            return causal, None
-        try:
-            return causal, derive_equations(causal)
-        except RateInLoop as err:
-            if not err.sources:
-                return causal, None
-            refused = err
-            graph = _with_followers(graph, err.sources)
-        except BgError:
-            return causal, None
 
 
 def _has_ranged_modulus(graph: FlatGraph) -> bool:
@@ -139,6 +155,7 @@ def _has_ranged_modulus(graph: FlatGraph) -> bool:
 
 
 def _with_followers(graph: FlatGraph, sources: Collection[int]) -> FlatGraph:
+    """The graph with some sources as resistances."""
     elements = tuple(
         replace(element, follows=True) if k in sources and isinstance(element, Source) else element
         for k, element in enumerate(graph.elements)

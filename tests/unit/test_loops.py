@@ -132,7 +132,7 @@ def test_checks_of_divisors_that_nothing_divides_by_any_more_are_removed(written
     """Nothing moves, so that the modulus, and the state that it depends on, are left out."""
     path = written(
         "model M { hub : J0; node : J0; a : C(stiffness = 2); b : C(stiffness = 3);"
-        " state angle = 0.3; der(angle) = 1; motor : MGY(ratio = 1.5 + sin(angle));"
+        " state angle = 0.3; der(angle) = 1; motor : MGY(ratio = 1.5 + 1.6*sin(angle)*cos(angle));"
         " hub -> a; hub -> motor; motor -> node; node -> b; }"
         "scene still of M { observe a.e; run 1 s; }"
     )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import Values, error, listed, underlined, warning
-from bgc.diagnostics.diagnostic import Label
+from bgc.diagnostics.diagnostic import Fault, Label
 from bgc.diagnostics.source import Span
 
 
@@ -72,6 +72,7 @@ def _shortened(way: Sequence[str]) -> list[str]:
     "BG502: a closed chain of rigid connections through {through:listed}",
     "give all parts of it inertia, or make one of the connections compliant: use a C "
     "with an R in parallel",
+    fault=Fault.CHOICE,
 )
 def rigid_chain(
     span: Span, transformers: Sequence[Connection], others: Sequence[Connection]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import Values, error, listed, underlined, warning
 from bgc.diagnostics.catalogue.causality import Connection
-from bgc.diagnostics.diagnostic import Label
+from bgc.diagnostics.diagnostic import Fault, Label
 from bgc.diagnostics.source import Span
 
 _LISTED = 12  # states that a message lists
@@ -15,6 +15,7 @@ _LISTED = 12  # states that a message lists
 @error(
     "BG525: the constraints of the closed chain through {names:listed} are not independent",
     "close the chain with `Weld`, or make one of its joints compliant",
+    fault=Fault.CHOICE,
 )
 def changing_rank(
     span: Span, transformers: Sequence[Connection], others: Sequence[Connection]
@@ -61,6 +62,7 @@ def singular_start(span: Span, names: Sequence[str]) -> None: ...
 @error(
     "BG528: the bonds do not keep `{name}` at this value",
     "hold it by a rigid connection, or remove the projection",
+    fault=Fault.CHOICE,
 )
 def not_kept(span: Span, name: str) -> None: ...
 @warning(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import Values, error, listed
+from bgc.diagnostics.diagnostic import Fault
 from bgc.diagnostics.source import Span
 
 
@@ -26,6 +27,7 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
 @error(
     "BG513: {names:listed} can move without inertia",
     "give the moving part an inertia, or connect it by a C",
+    fault=Fault.CHOICE,
 )
 def motion_without_inertia(span: Span, names: Sequence[str]) -> None: ...
 @error("BG514: `{name}` is given both `{first}` and `{second}`", "remove one of them")
@@ -47,6 +49,7 @@ def initial_unusable(span: Span, name: str, variable: str, *, of_junction: bool 
 @error(
     "BG516: `{variable}` of `{name}` contradicts {against}",
     "give only one of them; the other follows",
+    fault=Fault.START,
 )
 def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]) -> Values:
     return {
@@ -62,6 +65,7 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     "make the two agree at the start{by}, or bond a resistor between them, across which "
     "they may differ",
     labels={"place": "gives the {what} of `{name}`, with nothing between them"},
+    fault=Fault.START,
 )
 def initial_against_source(
     span: Span, name: str, variable: str, source: str, place: Span, parameters: Sequence[str]
@@ -81,5 +85,6 @@ def no_momentum(span: Span, name: str) -> None: ...
     "BG517: no state was found at which `{variable}` of `{name}` has its value",
     "give a value that the laws reach, or give `q0` and `p0` instead",
     note="the element is rigidly connected to others, and not all laws are linear",
+    fault=Fault.START,
 )
 def initial_out_of_reach(span: Span, name: str, variable: str) -> None: ...

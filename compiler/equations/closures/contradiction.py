@@ -13,8 +13,8 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
-from bgc.causality.assign import assign_causality
-from bgc.diagnostics.diagnostic import BgError
+from bgc.causality.assign import assign
+from bgc.diagnostics.diagnostic import Refused
 from bgc.equations.closures.dense import independent_rows, orthogonalise
 from bgc.equations.closures.manifold import ROUNDED, Conditions, Point
 from bgc.ir.causal import BasisKind, CausalGraph, Role
@@ -50,9 +50,8 @@ def body_aside(graph: FlatGraph) -> str | None:
     axes of the body. Where they have fewer dimensions than the body, but for parts below `_WRONG`,
     these parts are aside. None where no body has any.
     """
-    try:
-        causal = assign_causality(graph, opened=True)
-    except BgError:
+    causal = assign(graph, opened=True)
+    if isinstance(causal, Refused):
         return None
     places = [_entries_at(causal, seed) for seed in range(_CONFIGURATIONS)]
     free = _free_flows(causal)
