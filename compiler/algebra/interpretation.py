@@ -12,13 +12,12 @@ import operator
 import sys
 from collections import Counter
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 from typing import Generic, TypeVar
 
 from bgc.algebra import doubles
 from bgc.algebra.dag import Dag, Level, Op
-from bgc.algebra.evaluate import to_double
+from bgc.algebra.evaluate import apply, to_double
 from bgc.algebra.fold import Fold
 from bgc.algebra.intervals import Ends, Interval, numbers_of, within
 from bgc.algebra.nodes import Node
@@ -36,61 +35,45 @@ _PRODUCTS = frozenset(map(int, (Op.MUL, Op.DIV)))
 End = TypeVar("End")
 
 
-class _Doubles:
-    """Ends that are doubles."""
-
-    add = staticmethod(operator.add)
-    mul = staticmethod(operator.mul)
-    div = staticmethod(doubles.divide)
-    neg = staticmethod(operator.neg)
-    least = staticmethod(min)
-    greatest = staticmethod(max)
-    const = staticmethod(to_double)
-
-    def numbers(self, a: float) -> tuple[float, float]:
-        return a, a
-
-    def call(self, op: int, *operands: float) -> float:
-        return ROWS[op].evaluate(*operands)
-
-    def outwards(self, op: int, found: Interval[float]) -> Interval[float]:
-        if op in _LIBRARY:
-            low = None if found.low is None else found.low - _ERROR * abs(found.low)
-            high = None if found.high is None else found.high + _ERROR * abs(found.high)
-            found = Interval(low, high)
-        return _finite(found)
+def _with_errors(op: int, found: Interval[float]) -> Interval[float]:
+    """An interval with the errors of the C library, without ends that are not finite."""
+    error = _ERROR if op in _LIBRARY else 0.0
+    low = None if found.low is None else found.low - error * abs(found.low)
+    high = None if found.high is None else found.high + error * abs(found.high)
+    return Interval(
+        low if low is not None and math.isfinite(low) else None,
+        high if high is not None and math.isfinite(high) else None,
+    )
 
 
-def _finite(found: Interval[float]) -> Interval[float]:
-    """An interval without its ends that are not finite."""
-    low, high = found.low, found.high
-    if low is not None and not math.isfinite(low):
-        low = None
-    if high is not None and not math.isfinite(high):
-        high = None
-    return Interval(low, high)
+_DOUBLES = Ends(
+    const=to_double,
+    add=operator.add,
+    mul=operator.mul,
+    div=doubles.divide,
+    neg=operator.neg,
+    least=min,
+    greatest=max,
+    call=apply,
+    outwards=_with_errors,
+    numbers=lambda end: (end, end),
+)
 
 
-class _Nodes:
-    """Ends that are nodes of parameters, with the numbers between which they lie in any case."""
-
-    def __init__(self, dag: Dag) -> None:
-        self._dag = dag
-        self._numbers = Intervals(dag)
-        self.add, self.mul, self.div, self.neg = dag.add, dag.mul, dag.div, dag.neg
-        self.least, self.greatest = partial(dag.call, Op.MIN), partial(dag.call, Op.MAX)
-
-    def const(self, value: Fraction) -> Node:
-        return self._dag.const(value)
-
-    def numbers(self, a: Node) -> tuple[float, float]:
-        return self._numbers.limits(a)
-
-    def call(self, op: int, *operands: Node) -> Node:
-        return self._dag.apply(op, operands)
-
-    def outwards(self, op: int, found: Interval[Node]) -> Interval[Node]:
-        return found
+def _nodes(dag: Dag) -> Ends[Node]:
+    """Ends that are nodes of parameters, between the numbers that hold for all parameters."""
+    return Ends(
+        const=dag.const,
+        add=dag.add,
+        mul=dag.mul,
+        div=dag.div,
+        neg=dag.neg,
+        least=partial(dag.call, Op.MIN),
+        greatest=partial(dag.call, Op.MAX),
+        call=lambda op, *operands: dag.apply(op, operands),
+        outwards=lambda op, found: found,
+        numbers=Intervals(dag).limits,
+    )
 
 
 class _Interpretation(Fold[Interval[End]], Generic[End]):
@@ -162,9 +145,9 @@ class Intervals(_Interpretation[float]):
                 limits = (to_double(exact),) * 2
             if limits is None:
                 return Interval() if dag.op[node] == Op.SYMBOL else None
-            return _finite(Interval(*limits))
+            return _with_errors(Op.SYMBOL, Interval(*limits))
 
-        super().__init__(dag, _Doubles(), known)
+        super().__init__(dag, _DOUBLES, known)
 
     def limits(self, node: Node) -> tuple[float, float]:
         """The least and the largest value of a node; infinite where none is proven."""
@@ -190,4 +173,4 @@ class NodeIntervals(_Interpretation[Node]):
                 return Interval(node, node)
             return Interval() if dag.op[node] == Op.SYMBOL else None
 
-        super().__init__(dag, _Nodes(dag), known)
+        super().__init__(dag, _nodes(dag), known)

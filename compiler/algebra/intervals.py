@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 End = TypeVar("End")
 
@@ -27,38 +27,35 @@ class Interval(Generic[End]):
     high: End | None = None
 
 
-class Ends(Protocol[End]):
-    """Arithmetic on the ends of intervals."""
+@dataclass(frozen=True, slots=True)
+class Ends(Generic[End]):
+    """Arithmetic on the ends of intervals.
 
-    def const(self, value: Fraction) -> End:
-        """An exact number."""
+    Attributes
+    ----------
+    const
+        The end of an exact number.
+    add, mul, div, neg, least, greatest
+        The operations on ends.
+    call
+        An operation, given by its number, on ends.
+    outwards
+        The results of an operation, given by its number, with its errors, and without ends that
+        are no numbers.
+    numbers
+        Two numbers between which an end lies in any case; infinite where none is known.
+    """
 
-    def add(self, a: End, b: End) -> End:
-        """A + b."""
-
-    def mul(self, a: End, b: End) -> End:
-        """A * b."""
-
-    def div(self, a: End, b: End) -> End:
-        """A / b."""
-
-    def neg(self, a: End) -> End:
-        """The opposite of a."""
-
-    def least(self, a: End, b: End) -> End:
-        """The smaller one."""
-
-    def greatest(self, a: End, b: End) -> End:
-        """The larger one."""
-
-    def call(self, op: int, *operands: End) -> End:
-        """Any operation."""
-
-    def outwards(self, op: int, found: Interval[End]) -> Interval[End]:
-        """An interval with the errors of an operation, without ends that are no numbers."""
-
-    def numbers(self, a: End) -> tuple[float, float]:
-        """Two numbers between which an end lies in any case; infinite where none is known."""
+    const: Callable[[Fraction], End]
+    add: Callable[[End, End], End]
+    mul: Callable[[End, End], End]
+    div: Callable[[End, End], End]
+    neg: Callable[[End], End]
+    least: Callable[[End, End], End]
+    greatest: Callable[[End, End], End]
+    call: Callable[..., End]
+    outwards: Callable[[int, Interval[End]], Interval[End]]
+    numbers: Callable[[End], tuple[float, float]]
 
 
 Rule: TypeAlias = Callable[..., Interval[Any]]
