@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
+from bgc.building.ahead import RuntimeAhead
 from bgc.building.backends import BACKENDS
 from bgc.building.build import (
     Unit,
@@ -25,7 +27,7 @@ from bgc.building.build_result import (
     shapes_text,
     shown_names,
 )
-from bgc.building.cache import Cache, digest_of, open_cache
+from bgc.building.cache import Cache, digest_of
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
@@ -147,21 +149,22 @@ def compile_scene(
     """
     results: dict[str, Any] = {}
     seconds: dict[str, float] = {}
-    stages = _stages(path, options, prepare, package)
     order = get_args(Stage)
     begin = perf_counter()
-    for place in range(len(order)):
-        if watch is not None:
-            watch(order[place])
-        stage, found = next(stages)
-        results.update(found)
-        seconds[stage] = perf_counter() - begin
-        if options.verify or "BGC_VERIFY" in os.environ:
-            for result in found.values():
-                invariants.verify(result)
-        if stage == until:
-            break
-        begin = perf_counter()
+    with RuntimeAhead() if until == "C compiler" else nullcontext() as ahead:
+        stages = _stages(path, options, prepare, package, ahead)
+        for place in range(len(order)):
+            if watch is not None:
+                watch(order[place])
+            stage, found = next(stages)
+            results.update(found)
+            seconds[stage] = perf_counter() - begin
+            if options.verify or "BGC_VERIFY" in os.environ:
+                for result in found.values():
+                    invariants.verify(result)
+            if stage == until:
+                break
+            begin = perf_counter()
     return Stages({"warnings": (), **results, "seconds": MappingProxyType(seconds)})
 
 
@@ -170,6 +173,7 @@ def _stages(
     options: Options,
     prepare: Prepare | None,
     given: Package | None,
+    ahead: RuntimeAhead | None,
 ) -> Iterator[tuple[Stage, Mapping[str, Any]]]:
     """Run one stage after the other; yield each with its results, by their names in `Stages`."""
     package = given or load(path)
@@ -236,13 +240,13 @@ def _stages(
     )
     if (rest := facts.rest) is not None:
         facts = replace(facts, rest=replace(facts.resting, hold=rest.hold, vary=rest.vary))
-    cache = open_cache()
-    built = build_model(emitted, facts, options, warnings, cache)
+    assert ahead is not None
+    built = build_model(emitted, facts, options, warnings, ahead.cache, ahead)
     ports = tuple(Place(port.span) for port in graph.ports)
     built = replace(built, places=replace(built.places, ports=ports))
     if prepare is None and given is None:
         data = [(file.path, file.digest) for file in graph.data]
-        remember(cache, path, options, package.sources, built, data)
+        remember(ahead.cache, path, options, package.sources, built, data)
     yield "C compiler", {"built": built}
 
 
@@ -264,9 +268,14 @@ def build_model(
     options: Options,
     warnings: Sequence[Diagnostic],
     cache: Cache,
+    ahead: RuntimeAhead | None = None,
 ) -> Built:
-    """Compile emitted C to a shared object in the cache."""
-    library = build_shared_object(model_units(emitted, options), find_toolchain(), cache)
+    """Compile emitted C to a shared object in the cache; the runtime may have been begun ahead."""
+    units = model_units(emitted, options)
+    if ahead is None:
+        library = build_shared_object(units, find_toolchain(), cache)
+    else:
+        library = build_shared_object(units, ahead.toolchain, cache, ahead.ready)
     places = places_of(emitted.lowered)
     return Built(library, facts, (*warnings, *cache.warnings), places=places)
 

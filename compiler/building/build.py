@@ -11,7 +11,7 @@ import errno
 import re
 import shutil
 import sys
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -83,6 +83,7 @@ _OPTIONAL = {
     "watch": ("watch",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
+_SHARED = 2  # units that every model needs
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,20 +116,42 @@ def driver_names() -> tuple[str, ...]:
     return tuple(sorted(re.findall(r"DRIVER\(bgc_(\w+)_driver\)", listed)))
 
 
-def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
-    """Read the C sources that models share: two units, by how often a step goes there.
+def shared_runtime_units() -> tuple[Unit, ...]:
+    """Read the C sources that every model needs: two units, by how often a step goes there.
 
-    Started once each, without the parts that a model has no use for, and at no higher level than
-    is felt, the C compiler takes half the time that it takes for every file by itself at `-O3`.
+    Started once each, and at no higher level than is felt, the C compiler takes half the time that
+    it takes for every file by itself at `-O3`.
     """
-    sources = needed_sources(runtime_directory(), parts)
-    texts = {name: sources[name].read_text(encoding="utf-8") for name in sorted(sources)}
-    loops = {name: text for name, text in texts.items() if name in _LOOPS}
-    rest = {name: text for name, text in texts.items() if name not in _LOOPS}
-    return (
-        Unit("runtime_loops", _joined(loops), LOOP_FLAGS),
-        Unit("runtime", _joined(rest), LIGHT_FLAGS),
+    sources = runtime_sources(runtime_directory())
+    optional = {name for name in sources if any(_belongs(name, part) for part in EVERY_PART)}
+    return _units("runtime", {name: sources[name] for name in sources.keys() - optional})
+
+
+def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
+    """Read the C sources that models with these optional parts share, those of all models first.
+
+    A part is a unit of its own, so that a model with another choice of parts finds it in the cache.
+    """
+    folder = runtime_directory()
+    sources = runtime_sources(folder)
+    units = list(shared_runtime_units())
+    for part in sorted(parts):
+        own = {name: path for name, path in sources.items() if _belongs(name, part)}
+        units += _units(f"runtime_{part}", own)
+    absent = {part: folder / "absent" / f"{part}.c" for part in EVERY_PART - parts}
+    return (*units, *_units("runtime_absent", absent))
+
+
+def _units(name: str, sources: Mapping[str, Path]) -> tuple[Unit, ...]:
+    """Join C sources to a unit of loops and one of the rest; an empty one is left out."""
+    texts = {file: sources[file].read_text(encoding="utf-8") for file in sorted(sources)}
+    loops = {file: text for file, text in texts.items() if file in _LOOPS}
+    rest = {file: text for file, text in texts.items() if file not in _LOOPS}
+    units = (
+        Unit(f"{name}_loops", _joined(loops), LOOP_FLAGS),
+        Unit(name, _joined(rest), LIGHT_FLAGS),
     )
+    return tuple(unit for unit in units if unit.text)
 
 
 def runtime_sources(folder: Path) -> dict[str, Path]:
@@ -139,15 +162,20 @@ def runtime_sources(folder: Path) -> dict[str, Path]:
 
 def needed_sources(folder: Path, parts: Set[str]) -> dict[str, Path]:
     """The C files of the runtime by name, those of optional parts other than `parts` as stubs."""
-    left_out = tuple(name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part])
+    left_out = EVERY_PART - parts
     sources = {
         name: path
         for name, path in runtime_sources(folder).items()
-        if not any(name == file or (file[-1] == "/" and name.startswith(file)) for file in left_out)
+        if not any(_belongs(name, part) for part in left_out)
     }
-    for part in _OPTIONAL.keys() - parts:
-        sources[part] = folder / "absent" / f"{part}.c"
-    return sources
+    return sources | {part: folder / "absent" / f"{part}.c" for part in left_out}
+
+
+def _belongs(name: str, part: str) -> bool:
+    """Return whether a C file of the runtime belongs to an optional part."""
+    return any(
+        name == file or (file[-1] == "/" and name.startswith(file)) for file in _OPTIONAL[part]
+    )
 
 
 def _joined(sources: Mapping[str, str]) -> str:
@@ -166,10 +194,12 @@ def build_shared_object(
     units: Sequence[Unit],
     toolchain: Toolchain,
     cache: Cache,
+    ready: Callable[[], None] | None = None,
 ) -> Path:
     """Compile a model's units, link them with the runtime and return the shared object's path.
 
-    Units of one compilation have distinct names, which may not be those of the runtime's.
+    Units of one compilation have distinct names, which may not be those of the runtime's. `ready`
+    waits for a `compile_runtime` that was started before.
 
     Where the disk of the cache is full, a temporary directory takes its place, with a warning.
 
@@ -178,17 +208,28 @@ def build_shared_object(
     """
     try:
         try:
-            return _build(units, toolchain, cache)
+            return _build(units, toolchain, cache, ready)
         except OSError as problem:
             if problem.errno not in _DISK_FULL or cache.warnings:
                 raise
             cache.move_away(_reason(problem))
-            return _build(units, toolchain, cache)
+            return _build(units, toolchain, cache, None)
     except OSError as problem:
         raise BgError([cannot_write(str(cache.root), _reason(problem))]) from problem
 
 
-def _build(units: Sequence[Unit], toolchain: Toolchain, cache: Cache) -> Path:
+def compile_runtime(toolchain: Toolchain, cache: Cache, compilations: Compilations) -> None:
+    """Compile what every model needs of the runtime, unless it is in the cache."""
+    units = shared_runtime_units()
+    shared = _shared_key(toolchain)
+    with cache.workplace() as place:
+        keys = [_unit_key(shared, unit) for unit in units]
+        _compile_all(units, keys, toolchain, cache, Path(place), compilations)
+
+
+def _build(
+    units: Sequence[Unit], toolchain: Toolchain, cache: Cache, ready: Callable[[], None] | None
+) -> Path:
     everything = (*runtime_units({part for unit in units for part in unit.parts}), *units)
     assert len({unit.name for unit in everything}) == len(everything), "units share a name"
     shared = _shared_key(toolchain)
@@ -199,6 +240,9 @@ def _build(units: Sequence[Unit], toolchain: Toolchain, cache: Cache) -> Path:
         return found
     with cache.workplace() as place:
         work = Path(place)
+        if ready is not None:
+            _compile_all(everything[_SHARED:], keys[_SHARED:], toolchain, cache, work)
+            ready()
         objects = _compile_all(everything, keys, toolchain, cache, work)
         made = work / library
         arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
@@ -247,16 +291,21 @@ def _without_passes(flags: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _compile_all(
-    units: Sequence[Unit], keys: Sequence[str], toolchain: Toolchain, cache: Cache, work: Path
+    units: Sequence[Unit],
+    keys: Sequence[str],
+    toolchain: Toolchain,
+    cache: Cache,
+    work: Path,
+    compilations: Compilations | None = None,
 ) -> list[Path]:
     """Compile what is not cached, the longest texts first, on all processors."""
     found = [cache.blob("objects", f"{key}.o") for key in keys]
     missing = [k for k, path in enumerate(found) if path is None]
     missing.sort(key=lambda k: -len(units[k].text))
-    compilations = Compilations()
+    running = compilations or Compilations()
 
     def compile_one(k: int) -> str:
-        if compilations.ended:
+        if running.ended:
             return ""
         unit = units[k]
         (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
@@ -267,13 +316,11 @@ def _compile_all(
         flags = unit_flags(unit, compiler)
         made = f"{unit.name}.o"
         rest = (include, "-c", f"{unit.name}.c", "-o", made)
-        done = compiler.run((*flags, *rest), work, compilations)
+        done = compiler.run((*flags, *rest), work, running)
         plain = _without_passes(flags)
-        if done.returncode != 0 and plain != flags and not compilations.ended:
-            done = compiler.run(
-                (*plain, *rest), work, compilations
-            )  # a gcc that has not all those passes
-        if done.returncode != 0 or compilations.ended:
+        if done.returncode != 0 and plain != flags and not running.ended:
+            done = compiler.run((*plain, *rest), work, running)  # a gcc without those passes
+        if done.returncode != 0 or running.ended:
             return done.stdout or f"{compiler.name} ended with status {done.returncode}"
         if not (work / made).is_file():
             return NO_FILE
@@ -284,7 +331,7 @@ def _compile_all(
         try:
             outputs = [output for output in pool.map(compile_one, missing) if output]
         except BaseException:  # Ctrl-C: the pool waits for its threads
-            compilations.end()
+            running.end()
             raise
     if outputs:
         raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])

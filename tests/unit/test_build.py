@@ -13,6 +13,7 @@ from bgc.building.build import (
     EVERY_PART,
     Unit,
     build_shared_object,
+    needed_sources,
     runtime_directory,
     runtime_sources,
     runtime_units,
@@ -254,3 +255,20 @@ def test_zig_builds_a_model(tmp_path):
         [sys.executable, "-c", f"import ctypes; ctypes.CDLL({str(path)!r})"], check=False
     )
     assert loaded.returncode == 0
+
+
+def test_a_model_with_other_parts_takes_the_rest_of_the_runtime_from_the_cache(cache, toolchain):
+    counting = Counting(toolchain)
+    with_events = (replace(UNITS[0], parts=frozenset(("events",))),)
+    path = build_shared_object(with_events, counting, cache)
+    assert set(counting.compiled()) <= {"runtime_events.c", "runtime_absent.c"}
+    assert Library(path).model.name == b"oscillator"
+
+
+def test_parts_and_stubs_make_up_every_source_of_the_runtime_once():
+    folder = runtime_directory()
+    for parts in (EVERY_PART, frozenset(("blocks", "devices")), frozenset[str]()):
+        joined = "".join(unit.text for unit in runtime_units(parts))
+        for path in needed_sources(folder, parts).values():
+            assert joined.count(path.read_text(encoding="utf-8")) == 1
+        assert joined.count("#line 1 ") == len(needed_sources(folder, parts))
