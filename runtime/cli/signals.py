@@ -1,12 +1,13 @@
 """Signals that end a command."""
 
 import signal
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType
 
 # Ctrl-C; a batch system; a terminal that was closed, which Windows does not signal.
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-ENDING = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+_ENDING = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
 @dataclass(slots=True)
@@ -32,9 +33,7 @@ def catch_signals() -> Caught:
         caught.number = caught.number or number
         raise KeyboardInterrupt
 
-    for number in ENDING:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, interrupt)
+    _handle_ending(interrupt)
     if hasattr(signal, "SIGPIPE"):
         # `bgc run f.bg --out - | head` ends quietly, as other commands do.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
@@ -49,6 +48,11 @@ def outlive_clients() -> None:
 
 def end_at_signals() -> None:
     """Let signals end the process at once: nothing is left to be written."""
-    for number in ENDING:
+    _handle_ending(signal.SIG_DFL)
+
+
+def _handle_ending(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+    """Set the handler of the signals that end a command, except of those that are ignored."""
+    for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.SIG_DFL)
+            signal.signal(number, handler)

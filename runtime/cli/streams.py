@@ -4,7 +4,8 @@ import os
 import sys
 from contextlib import suppress
 
-_FOR_INPUT, _FOR_OUTPUT, _FOR_ERRORS = 0, 1, 2
+# By their numbers: how what stands in for a closed one is opened, and the mode of its Python file.
+_STREAMS = (("stdin", os.O_RDONLY, "r"), ("stdout", os.O_RDONLY, "w"), ("stderr", os.O_WRONLY, "w"))
 
 
 def repair_streams() -> None:
@@ -14,21 +15,16 @@ def repair_streams() -> None:
     into it. Errors are discarded. Standard output is opened for reading alone, so that writing
     to it is an error as it is without a file.
     """
-    modes = {_FOR_INPUT: os.O_RDONLY, _FOR_OUTPUT: os.O_RDONLY, _FOR_ERRORS: os.O_WRONLY}
-    for number, mode in modes.items():
+    for number, (name, flags, mode) in enumerate(_STREAMS):
         try:
             os.fstat(number)
         except OSError:
-            opened = os.open(os.devnull, mode)
+            opened = os.open(os.devnull, flags)
             if opened != number:
                 os.dup2(opened, number)
                 os.close(opened)
-    if sys.stdin is None:
-        sys.stdin = open(_FOR_INPUT, closefd=False)  # noqa: SIM115
-    if sys.stdout is None:
-        sys.stdout = open(_FOR_OUTPUT, "w", closefd=False)  # noqa: SIM115
-    if sys.stderr is None:
-        sys.stderr = open(_FOR_ERRORS, "w", closefd=False)  # noqa: SIM115
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
 
 
 def discard_output() -> None:
