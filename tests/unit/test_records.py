@@ -88,7 +88,9 @@ def test_each_statement_of_a_scene_has_a_row_that_fits_its_node_and_the_record()
         assert known.issuperset({row.key or "span", *row.paths}), row.word
         assert (row.node is syntax.Fact) == bool(row.gives), row.word
     stated = [name for row in rows for name in row.gives]
-    assert sorted(stated) == sorted(options_of(Scene, Where.SCENE))
+    options = options_of(Scene, Where.SCENE)
+    assert sorted(stated) == sorted(options)
+    assert all(option.noun or option.choices for option in options.values())
 
 
 def test_expressions_of_a_statement_are_those_of_its_fields() -> None:
