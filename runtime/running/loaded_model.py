@@ -219,7 +219,7 @@ class LoadedModel:
     def change_parameters(
         self, instance: Instance, time: float, values: Mapping[str, float]
     ) -> Status:
-        """Set parameters, SI, at a time that an instance has just reached, and restart it there.
+        """Set parameters to `values`, SI, at a time that an instance has just reached; restart it.
 
         The state stays, and the energy accounts start again at zero. Where the run cannot go on,
         the status says why and the caller restores what it saved.

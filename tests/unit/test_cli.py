@@ -368,7 +368,7 @@ def test_explain_lists_all_diagnostics_by_topic():
     lines = bgc("explain").output.splitlines()
     codes = [line.split()[0] for line in lines if line.startswith("  BG")]
     assert sorted(codes) == list(pages())
-    heading = lines.index("causality and algebraic loops")
+    heading = lines.index("Causality and algebraic loops")
     assert lines[heading + 1].startswith("  BG501  ")
 
 
