@@ -64,7 +64,7 @@ _LOOPS = frozenset(
 # replace them in a model that does not need them.
 _OPTIONAL = {
     "blocks": ("block_pivots", "blocks", "complex_blocks"),
-    "closures": ("closures", "closed_start", "chosen_rows", "singular_chains"),
+    "closures": ("chain_kernel", "closures", "closed_start", "chosen_rows", "singular_chains"),
     "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),
     "events": (
