@@ -102,3 +102,46 @@ def test_messages_are_as_blessed(path, bless, monkeypatch):
 def test_no_blessed_message_is_an_orphan():
     texts = {path.stem for path in (Path(__file__).parent / "wrong").glob("*.txt")}
     assert texts == {path.stem for path in WRONG}
+
+
+# Unit tests that name a code of a wrong model, by what they check and no text of a model can show.
+BESIDE = {
+    "a pass alone, on graphs, trees or expressions built by hand": (
+        "causality conflicts determined equations expressions fold free_motions linear loops "
+        "physics_checks transfer"
+    ),
+    "parsing, formatting or editing: what else is read, the end of a file, what an edit makes": (
+        "edits format lark_parser lsp parse_refusals"
+    ),
+    "texts of absurd size or of an attacker, under limits": (
+        "absurd attacks number_range security slow_texts"
+    ),
+    "properties over many models: no other code, or none, is given": (
+        "audit bond_counts demands divisors impulses initial_defaults inherited_scenes jumps "
+        "symmetry"
+    ),
+    "values given to a run, a command or a study, or in a file beside the model": (
+        "ahead asserts cost data_files files inputs observables operability optimise realtime "
+        "scenes study world"
+    ),
+    "how messages are shown, looked up, counted or made errors": (
+        "campaigns catalogue cli commands doc notebook render strict warnings warnings_of_values"
+    ),
+    "which of the files and models of a package are checked, and what is told together": (
+        "driver elaborate_errors"
+    ),
+}
+
+
+def test_a_code_has_one_home():
+    """A code of a wrong model is in no unit test, but for those that check something else."""
+    shown = {code for path in WRONG for _, code in EXPECTED.findall(path.read_text("utf-8"))}
+    named = re.compile(r"""(?:["'\[]|error: |warning: )(BG\d{3})""")
+    found = set()
+    for path in Path(__file__).parent.glob("unit/test_*.py"):
+        if shown & set(named.findall(path.read_text("utf-8"))):
+            found.add(path.stem.removeprefix("test_"))
+    beside = [name for names in BESIDE.values() for name in names.split()]
+    assert len(beside) == len(set(beside))
+    assert sorted(found - set(beside)) == [], "write a model in tests/wrong instead"
+    assert sorted(set(beside) - found) == [], "rows without a use"

@@ -1,22 +1,9 @@
-"""Expressions: wrong uses of functions, and the words of messages."""
+"""Expressions: nesting, and the words of messages."""
 
 from __future__ import annotations
 
 import pytest
 from fake_scope import World
-
-
-@pytest.mark.parametrize(
-    ("functions", "text", "code"),
-    [
-        ("function f(a) = f(a - 1);", "f(3)", "BG344"),
-        ("function f(a) = g(a); function g(a) = f(a);", "f(3)", "BG344"),
-        ("function f(a, b) = a + b;", "f(3)", "BG343"),
-        ("function f(a) = a + 1 m;", "f(3 s)", "BG303"),
-    ],
-)
-def test_wrong_uses_of_functions(functions: str, text: str, code: str) -> None:
-    assert World(functions).diagnostic(text).code == code
 
 
 def test_endless_nesting_is_reported() -> None:

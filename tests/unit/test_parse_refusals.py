@@ -71,16 +71,11 @@ def test_wrong_item(body: str, expected: list[tuple[str, str]]) -> None:
     ("text", "expected"),
     [
         ("model A { param k = 1;", [("BG105", "")]),
-        ("scene s of A { device run = trace; }", [("BG112", "run")]),
-        ("scene s of A { observe x as step; }", [("BG112", "step")]),
-        ("scene s of A { param k = 3; }", [("BG116", "param")]),
-        ("scene s of A { obsrve x; }", [("BG117", "obsrve")]),
-        ("model A { } import b;", [("BG122", "import b")]),
         ("model", [("BG101", "")]),
         ("\0", [("BG107", "\0")]),
     ],
 )
-def test_wrong_file(text: str, expected: list[tuple[str, str]]) -> None:
+def test_ends_of_files_and_null(text: str, expected: list[tuple[str, str]]) -> None:
     assert wrong(text) == expected
 
 
