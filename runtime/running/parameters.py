@@ -116,7 +116,7 @@ class Parameters(Mapping[str, Parameter]):
         return table_html(Table("parameters", ("name", "value", "default"), rows, note))
 
     def take(self, others: Parameters, *, but: Collection[str] = ()) -> None:
-        """Set what is set in others, as far as it has a place here; some names may stay."""
+        """Set what is set in `others` and exists here; the names in `but` keep their values."""
         for name, value in others.given({}).items():
             if name in self._index and name not in but:
                 self[name] = value
