@@ -221,8 +221,7 @@ def power(
     a = within(ends, a, (0, None))
     if exponent >= 0:
         return rising(ends, lambda x: f(x, b.low), a)
-    positive = a if numbers_of(ends, a)[0] > 0 else Interval(None, a.high)
-    return within(ends, falling(ends, lambda x: f(x, b.low), positive), (0, None))
+    return within(ends, falling(ends, lambda x: f(x, b.low), a), (0, None))
 
 
 def choice(

@@ -223,7 +223,20 @@ def test_ranges_that_keep_levers_from_zero(dag: Dag) -> None:
     assert low(dag.call(Op.SQRT, dag.add(dag.mul(r, r), dag.pow(x, dag.const(2))))) == 2
     assert low(dag.call(Op.MAX, x, r)) == 2
     assert low(dag.call(Op.COSH, x)) == 1
+    moved = dag.add(r, dag.call(Op.SIN, x))
+    assert low(dag.call(Op.ABS, moved)) == 1
+    assert low(dag.call(Op.ABS, dag.neg(moved))) == 1
     clamped = dag.call(Op.MIN, dag.call(Op.MAX, x, r), dag.const(3))
     assert low(dag.mul(dag.neg(a), clamped)) == 3
     assert ranges.value(dag.call(Op.COS, x)).low == dag.const(-1)
     assert ranges.value(x).low is None
+
+
+@pytest.mark.parametrize("op", [Op.SIN, Op.EXP, Op.LOG1P, Op.CBRT, Op.ERFC, Op.HYPOT, Op.POW])
+def test_functions_of_the_library_have_four_units_of_error(dag: Dag, op: Op) -> None:
+    """Functions on vector registers are not correctly rounded."""
+    node = dag.apply(op, tuple(map(dag.const, (0.3, 0.7)[: op.row.arity])))
+    low, high = Intervals(dag).limits(node)
+    value = Evaluator(dag, {}.__getitem__).value(node)
+    unit = math.ulp(value)
+    assert value - 9 * unit < low <= value - 4 * unit < value + 4 * unit <= high

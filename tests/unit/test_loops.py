@@ -142,6 +142,17 @@ def test_checks_of_divisors_that_nothing_divides_by_any_more_are_removed(written
     assert not stages.optimised.divisors
 
 
+@pytest.mark.parametrize(("least", "watched"), [("2", 0), ("0", 1), ("-1", 1)])
+def test_only_divisors_that_may_vanish_at_the_defaults_are_watched(written, least, watched):
+    path = written(
+        f"model M {{ param least = {least}; state x = 1; der(x) = -1; push : Se(e = 1);"
+        " lever : MTF(ratio = least + x^2); damper : R(1); push -> lever -> damper; }"
+        "scene s of M { observe damper.f; run 3 s; }"
+    )
+    stages = compile_scene(path, Options(), until="equations")
+    assert len(stages.equations.divisors) == watched
+
+
 def test_divisors_that_change_their_sign_do_no_harm(written):
     path = written(
         "model M { state x = -1; der(x) = 1; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
