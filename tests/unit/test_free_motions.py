@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import pytest
 from dense import (
@@ -139,6 +140,9 @@ def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
     assert [s.name for s in program.states] == ["C2.merged.q", "beside.q"]
 
 
+NEARLY_ALIKE = "a : J1; b : J1; x : J0; y : J0; n : J1; m : J1; push : Se(1); hold : Se(2)"
+
+
 def springs_side_by_side(*stiffness: float | list[list[int]]) -> GraphBuilder:
     """Springs, the last perhaps a field of two, on one effort, with a leak."""
     g = drawn("node : J0; leak : R(1); node -> leak")
@@ -163,6 +167,28 @@ def test_stiffnesses_in_parallel_are_solved_as_they_are(
 @pytest.mark.parametrize("second", [-2, -2 + 1e-12])
 def test_stiffnesses_that_cancel_are_refused(second: float) -> None:
     assert codes_of(program_of, springs_side_by_side(2, second)) == ["BG512"]
+
+
+def test_a_field_that_cancels_itself_is_refused_without_naming_it_twice() -> None:
+    diagnostic = refusal(program_of, springs_side_by_side([[1, 0], [0, -1]]))
+    assert diagnostic.code == "BG512"
+    assert diagnostic.message.startswith("the storage of `c0` is not independent")
+
+
+def test_only_linear_inertias_must_resist_each_motion_well() -> None:
+    """Two flows that move both inertias nearly alike: the small difference is not rounding."""
+    linear, nonlinear = drawn(NEARLY_ALIKE), drawn(NEARLY_ALIKE)
+    for g in (linear, nonlinear):
+        g.transformer("t", ((g.dag.const(Fraction(100001, 100000)),),))
+        for k, node in enumerate("nm"):
+            if g is linear:
+                g.storage("I", f"i{k}", 1)
+            else:
+                cubic(g, "I", f"i{k}", 1)
+            g.bond(node, f"i{k}")
+        g.draw("push -> a; hold -> b; a -> x; b -> x; a -> y; b -> t; t -> y; x -> n; y -> m")
+    assert codes_of(program_of, linear) == ["BG513"]
+    assert [s.kind for s in program_of(nonlinear).states][:2] == ["momentum"] * 2
 
 
 @pytest.mark.parametrize("springs", [1, 2])

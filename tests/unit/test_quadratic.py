@@ -155,6 +155,20 @@ def test_the_check_in_numbers_finds_each_wrong_part(
         assert not different or not is_minimum(numbers, energy, changed)
 
 
+def test_the_check_is_relative_to_the_terms_of_each_sum() -> None:
+    problem = Problem()
+    problem.mass(0, 0, problem.entry(1e-14))
+    problem.mass(2, 2, problem.entry(1e-14))
+    problem.definitions.append(Definition(2, {0: problem.entry(3.0), 1: problem.entry(2.0)}))
+    problem.form.vector[0] = problem.entry(1e-14)
+    energy = ConstrainedEnergy(problem.form, problem.definitions, [0])
+    numbers = Evaluator(problem.dag, problem.values.__getitem__)
+    fingerprints = Fingerprints(problem.dag)
+    (right,) = minimise(problem.dag, fingerprints, problem.form, energy.definitions, [0])
+    assert is_minimum(numbers, energy, [right])
+    assert not is_minimum(numbers, energy, [replace(right, offset=problem.dag.zero)])
+
+
 def chain(length: int) -> tuple[Problem, list[int]]:
     """Planar links: three flows each, that follow from those of the link before and its own."""
     problem = Problem()
