@@ -259,7 +259,8 @@ def _resting(program: Program, graph: FlatGraph) -> Rest:
         for k, held in enumerate(program.held)
         if not held.name.startswith(ports)
     )
-    return Rest(momenta=tuple(momenta), sampled=tuple(sampled))
+    stiffness = tuple(state.stiffness for state in program.states)
+    return Rest(momenta=tuple(momenta), sampled=tuple(sampled), stiffness=stiffness)
 
 
 def build_model(

@@ -29,7 +29,7 @@ from bgc.equations.port_stability import with_port_checks
 from bgc.equations.representable import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
-from bgc.equations.start.given import resolve_given, values_to_check
+from bgc.equations.start.given import resolve_given, stiffness_at_start, values_to_check
 from bgc.equations.start.problem import start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import energy_accounts
@@ -80,7 +80,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     )
     rows = implicit_rows(variables, resolver, len(stored))
     declared = _declared_states(graph, resolver, len(stored), rows)
-    states = _integrated_states(causal, resolver, stored, elements) + declared
+    states = _integrated_states(variables, resolver, stored, elements) + declared
     variables.starting |= _started_by_loops(dag, resolver, states, elements)
     problem = start_problem(variables, resolver, elements, stored)
     start_rows = resolver.resolve_all(variables.start_rows)
@@ -175,13 +175,14 @@ def _raw_rates(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[int,
 
 
 def _integrated_states(
-    causal: CausalGraph,
+    variables: Variables,
     resolver: Resolver,
     stored: Sequence[IntegratedState],
     elements: Sequence[StorageElement],
 ) -> list[ProgramState]:
-    scales = storage_scales(causal, elements)
-    one = causal.graph.dag.one
+    scales = storage_scales(variables.causal, elements)
+    stiffness = stiffness_at_start(variables, elements)
+    one = variables.dag.one
     return [
         ProgramState(
             name=state.name,
@@ -192,6 +193,7 @@ def _integrated_states(
             projection=None,
             scale=state_scale(scales, state, one),
             stores=state.stores,
+            stiffness=stiffness.get(state.symbol, 0.0),
         )
         for state in stored
     ]

@@ -26,7 +26,9 @@ class ProgramState:
     tolerance is multiplied (the momentum of the smallest certain inertia at 1 m/s, a displacement
     of 1 unit, ...). The row of an `algebraic` state in the mass matrix is zero. `stores` names the
     elements whose momenta or displacements it holds: one, several for a merged state, else none.
-    `shown` is the unit in which tables show it, None for `unit`.
+    `shown` is the unit in which tables show it, None for `unit`. `stiffness` is the change of the
+    effort by a displacement that is a storage state of its own, at the start with the parameters'
+    defaults; 0 for others.
     """
 
     name: str
@@ -38,6 +40,7 @@ class ProgramState:
     scale: Node
     stores: tuple[str, ...] = ()
     shown: Shown | None = None
+    stiffness: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

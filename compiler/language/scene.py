@@ -31,14 +31,15 @@ class Sampled:
 class Rest:
     """A start at rest: the outputs whose values are held, and the parameters that are varied.
 
-    The compiled model adds `momenta`, the indices of the states that are momenta, and `sampled`,
-    the values of sampled parts without those of sampled ports.
+    The compiled model adds `momenta`, the indices of the states that are momenta, `sampled`, the
+    values of sampled parts without those of sampled ports, and the `stiffness` of each state.
     """
 
     hold: tuple[str, ...] = ()
     vary: tuple[str, ...] = ()
     momenta: tuple[int, ...] = ()
     sampled: tuple[Sampled, ...] = ()
+    stiffness: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,14 @@ Then steps within the space of directions that no equation restores, each follow
 first kind, determine the rest. Relations between positions that no motion of the system changes
 hold as at the declared start y0: the pose of a ship follows the spring that carries it, and a rope
 is as long as its ends are apart. Conserved quantities of other kinds, such as oil between closed
-valves, come next. What is then still free is as near to y0 as possible: a yaw or a joint under a
-rate drive stays where it was put. The start y0 may depend on the parameters p that are varied.
+valves, come next. What is then still free is as near to y0 as possible, first what stores energy:
+a yaw or a joint under a rate drive stays where it was put. The start y0 may depend on the
+parameters p that are varied.
+
+Displacements that nothing moves and that start at zero, as the oil that has flowed into a cylinder
+since its valves were shut, give way before given positions do: as few of them as possible, those
+whose efforts have to change least. Under a load, a cylinder keeps its extension and the pressure of
+its rod side, and the pressure of the bore follows.
 
 Relations between positions hold to the accuracy of the solution: they are compared with a point
 that a path of possible motions reaches from y0 (`relations.py`), and the last steps serve them
@@ -28,6 +34,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
@@ -46,11 +53,15 @@ _FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
 _STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
 _WORSE = (10.0, 2.0)  # growth of the rates in a step of the system: bold steps first
 _RELAXATIONS = 3  # in vain, of a whole search
+_FEWER_STEPS = 100  # of those that only move what no relation joins
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
 _HALVINGS = 25
 _FEWER_HALVINGS = 4
 _SMALL_PART = 1 / 8  # of a step
+_FARTHER = 0.1  # of a step along free directions, for terms of higher order
 _IDLE = 3  # steps along free directions that hardly come nearer to the declared start
+_INDEPENDENT = 1e-6  # of free directions, the part that two states have in common
+_MIXED = 1e-13  # of the square of a unit vector: rounding
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
@@ -85,6 +96,9 @@ class _Search(RestEquations):
     def __init__(self, instance: Instance, rest: Rest) -> None:
         super().__init__(instance, rest)
         self.momenta = list(rest.momenta)
+        self.stiffness = np.zeros(self.size)
+        self.stiffness[: len(rest.stiffness)] = rest.stiffness
+        self.trapped = np.zeros(0, dtype=np.intp)
         self.z = np.concatenate([self.start, self.given / self.of_parameters])
         self.rows = np.ones(0)
         self.steps_left = _STEPS
@@ -125,19 +139,56 @@ class _Search(RestEquations):
         """Go to a state of rest, and from there along such states to the one that is wanted."""
         with suppress(Undefined):
             self._stop()
+            self.trapped = self._trapped()
         self._restore()
+        if not self.trapped.size:
+            self._approach()
+        else:
+            with suppress(Undefined):
+                self._return()
+            self._approach(related=True)
+            self.steps_left = min(self.steps_left, _FEWER_STEPS)
+            self._approach(related=False)
+            self.steps_left = max(self.steps_left, _LAST_STEPS)
+            self._approach(related=True)
+        self._relate()
+
+    def _approach(self, *, related: bool | None = None) -> None:
+        """Go along free directions: all, or those in which related positions take part, or not.
+
+        A valve bounds some of the others, such as the oil of a line: what stands at its bound keeps
+        a step from being taken as a whole, and must not keep the positions from theirs.
+        """
         before, idle = np.inf, 0
         while self.steps_left > 0 and idle < _IDLE:
             along = self._along()
-            size = float(np.abs(along).max(initial=0.0))
+            if related is not None:
+                along = self._part(along, related=related)
+            sizes = np.abs(along)
+            sizes[self.trapped] *= _CHEAP
+            size = float(sizes.max(initial=0.0))
             if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
                 break
             distance = self._distance()
-            if not self._followed(along, distance):
+            farther = _FARTHER * float(np.abs(along).max()) if related else 0.0
+            if not self._followed(along, distance + farther):
                 break
-            idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.5 * before else 0
+            idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.9 * before else 0
             before = size
-        self._relate()
+
+    def _part(self, along: Array, *, related: bool) -> Array:
+        """The part of a step in free directions in which related positions take part, or not."""
+        free, _, _ = self._free()
+        near = free @ free.T
+        own = np.sqrt(near.diagonal())
+        found = np.zeros(len(along), dtype=bool)
+        new = np.zeros(len(along), dtype=bool)
+        new[self.relations.rows] = new[self.size :] = True
+        joined = np.abs(near) > _INDEPENDENT * np.outer(own, own) + _MIXED
+        while new.any():
+            found |= new
+            new = joined[new].any(axis=0) & ~found
+        return np.where(found == related, along, 0.0)
 
     def _stop(self) -> None:
         """Change the momenta by the least with which no position moves."""
@@ -145,6 +196,39 @@ class _Search(RestEquations):
         z[:n] += self.relations.stopping(z[:n], self.residuals(z)[:n])
         self.residuals(z)
         self.z = z
+
+    def _return(self) -> None:
+        """Return to rest from the positions of the declared start, with what else is at rest now.
+
+        Where valves open and close, rest is found with positions that tear relations. With the
+        valves as they are at rest, it may be found next to the declared positions.
+        """
+        begin, z = self.z, self.z.copy()
+        places = np.concatenate([self.relations.rows, self.trapped])
+        z[places] = self.declared[places]
+        self.z = z
+        if self.held or np.abs(z - begin).max() <= _STILL or self._newton(kept=True) > _AT_REST:
+            self.z = begin
+            self.go(begin)
+
+    def _trapped(self) -> NDArray[np.intp]:
+        """The displacements that nothing moves, as oil between shut valves, and that start at zero.
+
+        Their rates depend on nothing but states that keep their own value, such as the opening of a
+        valve that is shut. What is counted from the start on may give way; a charge that is given
+        may not.
+        """
+        n, momenta = self.size, set(self.momenta)
+        slope, _ = self.slopes(self.z)
+        still = np.abs(self.residuals(self.z)[:n]) <= _STILL
+        read = [set(np.flatnonzero(row).tolist()) for row in slope[:n, :n]]
+        own = {k for k in range(n) if still[k] and k not in momenta and read[k]}
+        kept: set[int] = set()
+        while more := {k for k in own - kept if read[k] <= kept | {k}}:
+            kept |= more
+        zero = (self.stiffness != 0) & still & (self.declared == 0)
+        found = [k for k in np.flatnonzero(zero).tolist() if k not in momenta and read[k] <= kept]
+        return np.array(found, dtype=np.intp)
 
     def _relate(self) -> None:
         """Restore the relations between positions, and nothing else along free directions."""
@@ -207,10 +291,14 @@ class _Search(RestEquations):
         return False
 
     def _distance(self) -> float:
-        """Distance from the declared start; conserved quantities have ten times the weight."""
+        """Distance from the declared start without what is trapped.
+
+        Conserved quantities have ten times the weight.
+        """
         slope, _ = self.slopes(self.z)
         away = self.z[: self.size] - self.declared
         kept = self._conserved(slope[: self.size, : self.size])
+        away[self.trapped] = 0.0
         return float(np.linalg.norm(away) + 10 * np.linalg.norm(kept @ away))
 
     def _restore(self) -> float:
@@ -250,11 +338,13 @@ class _Search(RestEquations):
                 break
             basis = self._steps(starts, kept)
             matrix = (slope / self.rows[:, None]) @ basis
-            left, values, right = svd(matrix, full=False)
+            sizes = row_scales(matrix) if self.trapped.size else np.ones(len(matrix))
+            left, values, right = svd(matrix / sizes[:, None], full=False)
             count = rank_of(values, rank * size)
-            inverse = -basis @ (right[:count].T / values[:count]) @ left[:, :count].T
-            left_over = scaled - left[:, :count] @ (left[:, :count].T @ scaled)
-            solved = float(np.linalg.norm(left_over)) <= 0.5 * float(np.linalg.norm(scaled))
+            left = left[:, :count]
+            inverse = -basis @ (right[:count].T / values[:count]) @ (left / sizes[:, None]).T
+            left_over = scaled / sizes - left @ (left.T @ (scaled / sizes))
+            solved = float(np.linalg.norm(left_over)) <= 0.5 * float(np.linalg.norm(scaled / sizes))
             found = self._tried(inverse, remaining, solved)
             if found is not None:
                 self.z, remaining = found
@@ -279,6 +369,7 @@ class _Search(RestEquations):
             self.go(self.z)
             rows = self.relations.gradients(self.z[:n])
             along = least(rows, np.zeros(len(rows)))[1]
+        along[self.trapped] *= _CHEAP
         upper = np.hstack([along, _CHEAP * starts])
         lower = np.hstack([np.zeros((varied, along.shape[1])), _CHEAP * np.eye(varied)])
         return np.vstack([upper, lower])
@@ -312,13 +403,36 @@ class _Search(RestEquations):
         kept = self._conserved(slope[: self.size, : self.size])
         changes, off = self._unrelated(starts)
         found, others = least(changes @ free, -off)
-        for rows in (kept, np.eye(self.size)):
+        every, untied = np.eye(self.size), np.delete(np.arange(self.size), self.trapped)
+        stored = untied[self.stiffness[untied] != 0]
+        for rows in (kept, every[stored], every[untied], None):
+            rows = self._stiffest(moved @ others) if rows is None else rows
             matrix = rows @ moved
             wanted = -rows @ away - matrix @ found
             step, left = least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
             found, others = found + others @ step, others @ left
         along: Array = free @ found
         return along
+
+    def _stiffest(self, moved: Array) -> Array:
+        """Rows of as many trapped displacements as directions are left, which `moved` holds.
+
+        They are those whose efforts would have to change most: of a loaded cylinder the oil on the
+        rod side, whose area is smaller than that of the bore.
+        """
+        chosen = []
+        efforts = moved[self.trapped] * (self.stiffness * self.scale)[self.trapped, None]
+        for _ in range(efforts.shape[1]):
+            sizes = np.linalg.norm(efforts, axis=1)
+            k = int(np.argmax(sizes)) if sizes.size else 0
+            if not sizes.size or sizes[k] == 0:
+                break
+            chosen.append(self.trapped[k])
+            along = efforts[k] / sizes[k]
+            efforts = efforts - np.outer(efforts @ along, along)
+            efforts[k] = 0.0
+        rows: Array = np.eye(self.size)[chosen]
+        return rows
 
     def _unrelated(self, starts: Array) -> tuple[Array, Array]:
         """Changes of the relations between positions by z, and by how much they are violated."""
@@ -344,7 +458,8 @@ class _Search(RestEquations):
         kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
         if kept.size:
             kept = orthonormal(kept.T).T
-            _, others = least(kept[:, self.momenta].T, np.zeros(len(self.momenta)))
+            free = [*self.momenta, *self.trapped]
+            _, others = least(kept[:, free].T, np.zeros(len(free)))
             kept = others.T @ kept
         return kept
 

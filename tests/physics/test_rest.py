@@ -425,3 +425,18 @@ def test_a_stiff_lock_does_not_hide_what_soft_servos_carry(tmp_path: Path) -> No
     for k, angle in enumerate([0.3, 0.5]):
         assert result[f"q[{k + 1}]"] == pytest.approx(angle, abs=1e-9)
         assert result[f"torque[{k + 1}]"] == pytest.approx(carried[k], abs=1e-6)
+
+
+@pytest.mark.parametrize("load_of_rod", [1e4, 1e5, 2e5, 4e5])
+@pytest.mark.parametrize("given", [{}, {"extension0": 0.3}, {"back0": 80e5}, {"expected": 2e5}])
+def test_trapped_oil_carries_the_load_and_given_values_stay(
+    load: Load, load_of_rod: float, given: dict[str, float]
+) -> None:
+    """Of a cylinder with shut valves, the pressure of the bore follows from the balance."""
+    result = load("held_rod", "held").simulate(parameters={"load": load_of_rod, **given})
+    area, ring = np.pi / 4 * 0.4**2, np.pi / 4 * (0.4**2 - 0.3**2)
+    back = given.get("back0", 50e5)
+    assert result["extension"][0] == pytest.approx(given.get("extension0", 1.2), rel=1e-12)
+    assert result["back"][0] == pytest.approx(back, rel=1e-9)
+    carried = area * result["bore"] - ring * result["ring"]
+    np.testing.assert_allclose(carried, load_of_rod, rtol=1e-8)

@@ -7,10 +7,12 @@ as defaults: the runtime compares them with the start that it has found.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
+from bgc.algebra.derivatives import gradient
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.conditions import Condition, unusable
 from bgc.equations.storage.initial_values import given_values
@@ -58,6 +60,17 @@ def given_of_junctions(variables: Variables, indices: Collection[int]) -> Iterat
             kind = Kind.EFFORT if junction.kind == "J0" else Kind.FLOW
             symbol = variables.dag.symbol(kind, junction.ports[0].bond)
             yield GivenVariable(junction.name, junction.initial, symbol)
+
+
+def stiffness_at_start(
+    variables: Variables, elements: Sequence[StorageElement]
+) -> dict[Node, float]:
+    """The derivative of the effort of each charge by itself, at the start with all defaults."""
+    ports = [port for element in elements for port in element.ports if not port.has_momentum]
+    slopes = [gradient(variables.dag, port.answer, [port.state])[0] for port in ports]
+    values = variables.at_start(slopes) or []
+    pairs = zip(ports, values, strict=False)
+    return {port.state: value for port, value in pairs if math.isfinite(value)}
 
 
 def resolve_given(
