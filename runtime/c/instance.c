@@ -204,7 +204,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_subtolerance(m, d);
     bgc_reset_jumps(m, d);
     bgc_scale_inner(m, d);
-    core->ready = 1;
+    core->ready = core->restarts = 1;
     return BGC_OK;
 }
 
@@ -212,7 +212,7 @@ bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t) {
     bgc_core *core = &d->core;
     bgc_status status;
 
-    core->ready = 0;
+    core->ready = core->restarts = 0;
     if (!isfinite(t)) {
         return BGC_BAD_ARGUMENT;
     }
@@ -260,7 +260,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
 }
 
 bgc_status bgc_restart(const bgc_model *m, bgc_data *d) {
-    if (!d->core.ready) {
+    if (!d->core.restarts) {
         return BGC_BAD_ARGUMENT;
     }
     clear_run(&d->core, d->core.t);

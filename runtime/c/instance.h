@@ -117,7 +117,8 @@ typedef struct {
     int substeps;              /* attempts in a sample after the first, and their tolerances */
     double sub_rtol, sub_atol;
 
-    int ready; /* a reset succeeded */
+    int ready;      /* a reset or restart succeeded */
+    int restarts;   /* a reset succeeded, so that a restart may be tried, again after one that failed */
     int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
     int failed_chain, failed_jump, failed_held;
     double failed_time; /* of failed_divisor */

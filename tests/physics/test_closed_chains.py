@@ -13,6 +13,7 @@ import bgc
 from bgc.options import Options
 from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.running.failures import SimulationError
+from bgc.runtime.running.structures import Status
 
 TESTS = Path(__file__).parents[1]
 
@@ -260,6 +261,19 @@ def test_a_parallelogram_ends_where_its_bars_lie_in_one_line(load, options):
     assert all(f"`{name}`" in diagnostic.message for name in ("pin1", "crank", "pin4"))
     assert "t = 0.55" in diagnostic.message
     assert 0 < result["a"][-1] < 0.3
+
+
+def test_a_restart_at_a_singular_position_is_refused_and_another_is_not(load):
+    """BAD_ARGUMENT at the second one before, which a search for a state of rest cannot explain."""
+    model = load("closed_chains", "through_the_line")
+    instance = model.instance_at(None, 0.0, {})
+    good, in_line = instance.state.copy(), np.zeros(len(model.states))
+    names = [state.name for state in model.states]
+    in_line[names.index("pin3.angle")], in_line[names.index("pin4.angle")] = -np.pi, np.pi
+    for state, status in ((in_line, Status.SINGULAR_CHAIN), (good, Status.OK)):
+        instance.state[:] = state
+        assert instance.restart() is status
+    np.testing.assert_allclose(instance.state, good, atol=1e-12)
 
 
 def test_a_slider_crank_of_equal_bars_ends_at_its_dead_centre(load):

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from spatial_loops import bennett, bricard
 
 from bgc.runtime.cli.app import application
+from bgc.runtime.running.structures import Status
 
 SOLVERS = [
     {},
@@ -89,6 +90,18 @@ def test_a_linearisation_chooses_the_rows_at_its_point(load):
     frequency = np.sqrt(potential.deriv(2)(at_rest) / inertia(at_rest))
     found = np.linalg.eigvals(load("spatial_linkages", "standing").linearise(at="steady").A)
     np.testing.assert_allclose(np.sort_complex(found), [-1j * frequency, 1j * frequency], rtol=1e-6)
+
+
+def test_an_instance_is_saved_with_its_choice(load):
+    """The first choice holds no longer at 0.7 s."""
+    model = load("spatial_linkages", "standing")
+    rows = np.empty((1, model.row_width))
+    one, other = (model.instance_at(None, 0.0, {}) for _ in range(2))
+    assert one.run(np.array([0.7]), rows)[0] is Status.OK
+    assert other.restore(one.save()) is Status.OK
+    for instance in (one, other):
+        assert instance.run(np.array([2.5]), rows)[0] is Status.OK
+    np.testing.assert_array_equal(one.state, other.state)
 
 
 @pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
