@@ -105,7 +105,7 @@ class _Elimination:
         """
         length = dict.fromkeys(self.into, 0)  # a path ends at a row
         for vertex in sorted(self.vertices(), reverse=True):
-            length[vertex] = 1 + max(length[target] for target in self.out_of[vertex])
+            length[vertex] = 1 + max((length[x] for x in self.out_of[vertex]), default=0)
         return {k: max((length[x] for x in self.out_of[~k]), default=0) for k in unknowns}
 
     def take_cheap(self, vertices: Iterable[int], slack: int) -> None:

@@ -23,6 +23,7 @@ from program_check import (
     START,
     by_equations,
     by_reference,
+    check_equations,
     program_of,
 )
 from program_draw import COUPLED, TIMED, draw_program
@@ -138,10 +139,11 @@ def test_a_wrong_column_misses_an_equation(tmp_path: Path) -> None:
         assert check_columns(raw, columns | {name: wrong}, duration).rate > RATE
 
 
-@pytest.mark.parametrize("seed", [100002, 100004, 100005])
-def test_a_program_with_coupled_parts_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
-    kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
-    assert (kind, about) == ("agrees", about)
+# The last ended with a ValueError: a vertex from which no path leads to a row of the kept flows.
+@pytest.mark.parametrize("seed", [100002, 100004, 100005, 200053])
+def test_a_program_with_coupled_parts_satisfies_all_equations(seed: int) -> None:
+    found = check_equations(seed)
+    assert (found.kind, found.about) == ("agrees", found.about)
 
 
 def test_sampled_parts_and_switches_at_their_instants(tmp_path: Path) -> None:
