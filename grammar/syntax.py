@@ -6,9 +6,11 @@ interpreted, widths not evaluated.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
+from itertools import chain, product
 from typing import TypeAlias
 
 from bgc.diagnostics.source import Source, Span
@@ -243,6 +245,11 @@ class Chain:
 
     stops: tuple[tuple[Expr, ...], ...]
     span: Span
+
+    @property
+    def links(self) -> Iterator[tuple[Expr, Expr]]:
+        """The tail and the head of each bond."""
+        return chain.from_iterable(map(product, self.stops, self.stops[1:]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,19 +43,12 @@ def hints(file: syntax.File, facts: Facts) -> tuple[Hint, ...]:
 
 def _strokes(chain: syntax.Chain, facts: Facts) -> Iterator[Hint]:
     """A hint for each bond: before its head, or behind its tail where several share a head."""
-    for tails, heads in zip(chain.stops, chain.stops[1:], strict=False):
-        for tail in tails:
-            for head in heads:
-                bonds = facts.bonds.get(place_of(tail.span.to(head.span)))
-                if not bonds:
-                    continue
-                at_tail = len(tails) > 1
-                yield Hint(
-                    tail.span.end if at_tail else head.span.start,
-                    stroke_text(bonds),
-                    bond_text(bonds),
-                    before=not at_tail,
-                )
+    first = chain.stops[0]  # of the stops with a bond behind them, only this one may be a list
+    for tail, head in chain.links:
+        if bonds := facts.bonds.get(place_of(tail.span.to(head.span))):
+            at_tail = len(first) > 1 and tail in first
+            place = tail.span.end if at_tail else head.span.start
+            yield Hint(place, stroke_text(bonds), bond_text(bonds), before=not at_tail)
 
 
 def stroke_text(bonds: Sequence[BondFact]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from bgc.diagnostics.source import Span
 from bgc.editing.facts import Facts, place_of
@@ -172,16 +172,19 @@ def _bonded(symbol: Symbol, facts: Facts, analysis: Analysis) -> Iterator[str]:
     model = analysis.declaration_at(symbol.span.start)
     if not isinstance(model, syntax.Model):
         return
-    texts: list[str] = []
+    links = (link for link in _links(model) if symbol.name in map(_first_name, link))
+    yield from _bond_texts(links, facts)[:6]
+
+
+def _links(model: syntax.Model) -> Iterator[tuple[syntax.Expr, syntax.Expr]]:
     for item in flatten(model.items):
         if isinstance(item, syntax.Chain):
-            for tails, heads in zip(item.stops, item.stops[1:], strict=False):
-                for tail in tails:
-                    for head in heads:
-                        if symbol.name in (_first_name(tail), _first_name(head)):
-                            bonds = facts.bonds.get(place_of(tail.span.to(head.span)))
-                            texts += [bond_text(bonds)] if bonds else []
-    yield from texts[:6]
+            yield from item.links
+
+
+def _bond_texts(links: Iterable[tuple[syntax.Expr, syntax.Expr]], facts: Facts) -> list[str]:
+    found = (facts.bonds.get(place_of(tail.span.to(head.span))) for tail, head in links)
+    return [bond_text(bonds) for bonds in found if bonds]
 
 
 def _first_name(expr: syntax.Expr) -> str:
@@ -195,18 +198,13 @@ def _arrow(analysis: Analysis, offset: int, span: Span, facts: Facts) -> tuple[S
     model = analysis.declaration_at(offset)
     if not isinstance(model, syntax.Model):
         return None
-    for item in flatten(model.items):
-        if isinstance(item, syntax.Chain) and item.span.start <= offset <= item.span.end:
-            for tails, heads in zip(item.stops, item.stops[1:], strict=False):
-                if tails[-1].span.end <= span.start and span.end <= heads[0].span.start:
-                    found = [
-                        facts.bonds.get(place_of(tail.span.to(head.span)))
-                        for tail in tails
-                        for head in heads
-                    ]
-                    texts = [bond_text(bonds) for bonds in found if bonds]
-                    return (span, "\n\n".join(texts)) if texts else None
-    return None
+    links = (
+        (tail, head)
+        for tail, head in _links(model)
+        if tail.span.end <= span.start and span.end <= head.span.start
+    )
+    texts = _bond_texts(links, facts)
+    return (span, "\n\n".join(texts)) if texts else None
 
 
 def _unit(text: str) -> str:

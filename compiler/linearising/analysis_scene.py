@@ -21,7 +21,6 @@ from bgc.emission.simplification import number_values
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
-from bgc.ir.scene_nodes import DeviceUse
 from bgc.options import Options
 from bgc.slicing.slice import without_unread
 
@@ -182,7 +181,7 @@ class _Selection:
                 if candidate.kind == "source" and candidate.index in given:
                     self.given[index] = given[candidate.index]
             self.varied.append(Varied(name, candidate.unit, index, candidate.kind))
-        graph = _with_sources(graph, sources, given)
+        graph = with_sources(graph, sources, given)
         return replace(graph, varied=len(sources) + len(self.parameters))
 
 
@@ -196,12 +195,12 @@ def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Paramet
 # --- what may be chosen -----------------------------------------------------------------------
 
 
-def channel_names(device: DeviceUse) -> list[str]:
-    """Names of a device's inputs in their order: `hand.position[3]`, `lever.angle`."""
-    wide = {channel for channel, component in device.inputs if component > 1}
+def channel_names(device: str, channels: Sequence[tuple[str, int]]) -> list[str]:
+    """Names of a device's inputs or commands: `hand.position[3]`, `lever.angle`."""
+    wide = {channel for channel, component in channels if component > 1}
     return [
-        f"{device.name}.{channel}{f'[{component}]' if channel in wide else ''}"
-        for channel, component in device.inputs
+        f"{device}.{channel}{f'[{component}]' if channel in wide else ''}"
+        for channel, component in channels
     ]
 
 
@@ -209,7 +208,7 @@ def input_candidates(graph: FlatGraph) -> dict[str, Candidate]:
     """All possible inputs by name: channels of devices, then sources, then parameters."""
     found: dict[str, Candidate] = {}
     for device in graph.devices:
-        names = zip(channel_names(device), device.inputs, strict=True)
+        names = zip(channel_names(device.name, device.inputs), device.inputs, strict=True)
         for k, (name, (channel, _)) in enumerate(names, device.first_input):
             found[name] = Candidate("channel", k, channel_unit(channel))
     for index, element in enumerate(graph.elements):
@@ -272,8 +271,8 @@ def choose_inputs(candidates: Mapping[str, Candidate], texts: Sequence[str]) -> 
 # --- what is varied ---------------------------------------------------------------------------
 
 
-def _with_sources(
-    graph: FlatGraph, added: Mapping[int, Node], replaced: Collection[int]
+def with_sources(
+    graph: FlatGraph, added: Mapping[int, Node], replaced: Collection[int] = ()
 ) -> FlatGraph:
     """The graph with a symbol added to what some of its sources set, or in place of it."""
     elements: list[Element] = []

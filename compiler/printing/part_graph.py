@@ -58,10 +58,8 @@ def _items(declared: Declared[syntax.Model]) -> Iterator[syntax.Item]:
 def _edges(
     chain: syntax.Chain, nodes: dict[str, syntax.Part | syntax.Port], module: Module
 ) -> Iterator[tuple[_End, _End]]:
-    for tails, heads in zip(chain.stops, chain.stops[1:], strict=False):
-        for tail in tails:
-            for head in heads:
-                yield _end(tail, nodes, module, False), _end(head, nodes, module, True)
+    for tail, head in chain.links:
+        yield _end(tail, nodes, module, False), _end(head, nodes, module, True)
 
 
 def _end(

@@ -69,7 +69,7 @@ def _inputs_by_index(opened: Opened) -> Mapping[int, sympy.Expr]:
     program: Program = opened.program
     found: dict[int, sympy.Expr] = dict.fromkeys(range(program.inputs), sympy.Integer(0))
     for device in program.devices:
-        for k, name in enumerate(channel_names(device), device.first_input):
+        for k, name in enumerate(channel_names(device.name, device.inputs), device.first_input):
             found[k] = sympy.Symbol(name)
     found.update((held.index, sympy.Symbol(held.name)) for held in program.held)
     for varied in opened.inputs:

@@ -9,9 +9,14 @@ from bgc.algebra.dag import Kind, Level
 from bgc.diagnostics.catalogue.analysis import input_in_mass
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.fields import map_nodes, nodes_of
-from bgc.ir.graph import Element, FlatGraph, Node, Source
+from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Program
-from bgc.linearising.analysis_scene import choose_inputs, input_candidates, with_followers
+from bgc.linearising.analysis_scene import (
+    choose_inputs,
+    input_candidates,
+    with_followers,
+    with_sources,
+)
 
 
 @dataclass(slots=True)
@@ -56,20 +61,12 @@ class ChosenInputs:
             else:
                 moved[node] = dag.add(node, symbol)
         moved = with_followers(dag, graph.parameters, moved)
-        held = tuple(replace(each, index=each.index + count) for each in graph.held)
         roots = nodes_of(graph)
         new = dict(zip(roots, dag.substitute(roots, moved), strict=True))
         parameters = graph.parameters
         graph = replace(map_nodes(graph, dag, new.__getitem__), varied=count, parameters=parameters)
-        elements: list[Element] = []
-        for k, element in enumerate(graph.elements):
-            if k in sources and isinstance(element, Source):
-                element = replace(element, value=dag.add(element.value, sources[k]))
-            elements.append(element)
-        shifted = tuple(
-            replace(each, index=to.index) for each, to in zip(graph.held, held, strict=True)
-        )
-        return replace(graph, elements=tuple(elements), held=shifted)
+        held = tuple(replace(each, index=each.index + count) for each in graph.held)
+        return replace(with_sources(graph, sources), held=held)
 
     def check(self, program: Program) -> None:
         """Raise BgError where an inertia depends on an input: it is constant during a run."""

@@ -17,6 +17,7 @@ from bgc.elaboration.scenes.scene_devices import channel_unit, command_unit
 from bgc.ir.program import Program
 from bgc.ir.scene_nodes import DeviceUse
 from bgc.language.column_names import AccountColumn, name_in_si
+from bgc.linearising.analysis_scene import channel_names
 from bgc.runtime.fmi.fmu_inputs import ChosenInputs
 from bgc.values.shown_units import Shown
 
@@ -111,7 +112,8 @@ def variable_table(
     rows = _Rows(timeless)
     chosen = ChosenInputs(()) if inputs is None else inputs
     _add_parameters(rows, program, starts, tunable, chosen)
-    for k, (name, unit, start) in enumerate((*_device_inputs(program), *_others(chosen.found))):
+    others = ((name, unit, 0.0) for name, unit in chosen.found)
+    for k, (name, unit, start) in enumerate((*_device_inputs(program), *others)):
         rows.add("input", k, name, unit, "input", start=start)
     for k, output in enumerate(program.observations):
         rows.add("output", k, output.name, output.unit, "output", shown=output.shown)
@@ -239,30 +241,17 @@ def free_states(program: Program) -> tuple[int, ...]:
 
 def _device_inputs(program: Program) -> Iterator[tuple[str, str, float]]:
     for device in program.devices:
-        channels = _channel_names(device.name, device.inputs)
+        channels = channel_names(device.name, device.inputs)
         for name, (channel, component) in zip(channels, device.inputs, strict=True):
             at_rest = 1.0 if channel == "orientation" and component == 1 else 0.0
             yield name, channel_unit(channel), at_rest
 
 
-def _others(inputs: Sequence[tuple[str, str]]) -> Iterator[tuple[str, str, float]]:
-    for name, unit in inputs:
-        yield name, unit, 0.0
-
-
 def _commands(devices: Sequence[DeviceUse]) -> Iterator[tuple[str, str]]:
     for device in devices:
-        channels = _channel_names(device.name, device.commands)
+        channels = channel_names(device.name, device.commands)
         for name, (channel, _) in zip(channels, device.commands, strict=True):
             yield name, command_unit(channel)
-
-
-def _channel_names(device: str, uses: Sequence[tuple[str, int]]) -> list[str]:
-    wide = {channel for channel, component in uses if component > 1}
-    return [
-        f"{device}.{channel}{f'[{component}]' if channel in wide else ''}"
-        for channel, component in uses
-    ]
 
 
 def _rate_unit(unit: str) -> str:

@@ -159,8 +159,9 @@ class OpenedModel:
         """Compute the derivatives at a point, and eliminate algebraic equations if possible."""
         program, opened = self.opened.program, self.opened
         n, p, m = len(program.states), len(program.observations), len(opened.inputs)
-        by_state = self._matrix(self._form.by_state, (n + p, n), point)
-        by_input = self._matrix(self._form.by_input, (n + p, m), point)
+        values = self._values(point)
+        by_state = self._dense(self._form.by_state, (n + p, n), values)
+        by_input = self._dense(self._form.by_input, (n + p, m), values)
         if not np.isfinite(by_state).all() or not np.isfinite(by_input).all():
             raise BgError([run.not_finite(point.time, None)])
         follow, free = self.coordinates(point)
@@ -228,19 +229,18 @@ class OpenedModel:
     def by_state(self, point: OperatingPoint) -> Array:
         """Evaluate df/dx, dense."""
         n = len(self.opened.program.states)
-        return self._matrix(self._form.by_state, (n, n), point, n)
+        entries = [entry for entry in self._form.by_state if entry[0] < n]
+        return self._dense(entries, (n, n), self._values(point))
 
-    def _matrix(
+    def _dense(
         self,
         entries: Sequence[tuple[int, int, Node]],
         shape: tuple[int, int],
-        point: OperatingPoint,
-        rows: int | None = None,
+        values: Mapping[Symbol, float],
     ) -> Array:
-        """Evaluate a sparse matrix, or its first `rows`."""
-        entries = [entry for entry in entries if rows is None or entry[0] < rows]
+        """Evaluate a sparse matrix."""
         dense = np.zeros(shape)
-        numbers = self._numbers([node for _, _, node in entries], self._values(point))
+        numbers = self._numbers([node for _, _, node in entries], values)
         for (row, column, _), value in zip(entries, numbers, strict=True):
             dense[row, column] = value + 0.0  # no negative zeros
         return dense
@@ -250,11 +250,8 @@ class OpenedModel:
         program = self.opened.program
         if program.mass is None:
             return np.eye(len(program.states))
-        dense = np.zeros((len(program.states),) * 2)
-        numbers = self._numbers([entry.value for entry in program.mass], self._parameters)
-        for entry, value in zip(program.mass, numbers, strict=True):
-            dense[entry.row, entry.column] = value
-        return dense
+        entries = [(entry.row, entry.column, entry.value) for entry in program.mass]
+        return self._dense(entries, (len(program.states),) * 2, self._parameters)
 
     def projected(self, point: OperatingPoint) -> OperatingPoint:
         """Project the states that a run projects after each step."""

@@ -52,11 +52,9 @@ def wire(world: World, root: Instance) -> Wiring:
         wiring.instances.append(instance)
     for instance in wiring.instances:
         for chain, env in instance.written(syntax.Chain):
-            for tails, heads in zip(chain.stops, chain.stops[1:], strict=False):
-                for tail in tails:
-                    for head in heads:
-                        with world.report.collecting(note(env)):
-                            _bond(world, wiring, env, tail, head)
+            for tail, head in chain.links:
+                with world.report.collecting(note(env)):
+                    _bond(world, wiring, env, tail, head)
     _check_bonded(world, root, wiring)
     return wiring
 
