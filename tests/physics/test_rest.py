@@ -21,6 +21,7 @@ from bgc.runtime.model import Model
 from bgc.runtime.results.summary import summarise
 from bgc.runtime.running import relations
 from bgc.runtime.running.relations import orthonormal
+from bgc.runtime.running.rest_equations import RestEquations
 from bgc.runtime.running.structures import Status
 
 Load = Callable[[str, str | None], Model]
@@ -440,3 +441,20 @@ def test_trapped_oil_carries_the_load_and_given_values_stay(
     assert result["back"][0] == pytest.approx(back, rel=1e-9)
     carried = area * result["bore"] - ring * result["ring"]
     np.testing.assert_allclose(carried, load_of_rod, rtol=1e-8)
+
+
+def test_slopes_of_held_values_are_found_far_from_zero(tmp_path: Path) -> None:
+    """Steps of differences grow with the state, or its rounding hides them."""
+    path = tmp_path / "far.bg"
+    path.write_text("""
+model Far { slider : I(2); drag : R(1); side : J1; side -> slider, drag;
+  state across = 1e11; der(across) = side.f; output twice = 2*across; }
+scene s of Far { start rest hold twice; observe twice; run 1 s; }
+""")
+    model = bgc.compile(path)
+    instance = model.parameters.instance({})
+    instance.reset()
+    equations = RestEquations(instance, model.facts.rest)
+    slopes, _ = equations.slopes(equations.start)
+    across = [state.name for state in model.states].index("across")
+    assert slopes[-1, across] == pytest.approx(2 * instance.scale[across], rel=1e-9)

@@ -409,3 +409,13 @@ def test_a_start_at_rest_takes_given_values_as_wishes(tmp_path: Path) -> None:
     model = compiled(tmp_path, text)
     result = model.simulate(parameters={"v": 2})
     assert [result["a.f"][0], result["b.f"][0]] == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_a_wide_body_behind_a_matrix_of_a_momentum_starts_as_given(tmp_path: Path) -> None:
+    text = """model M { a : J1[3]; ma : I[3](1); a -> ma; b : J1[2]; b -> mb;
+      mb : I[2](inertia = [[2, 0.5], [0.5, 3]], f0 = [0.9, -0.7]);
+      turn : MTF[3, 2] { f2 = [[1, 0.5*sin(ma.p[1]), cos(ma.p[1])],
+        [0, 1, 0.8*sin(ma.p[1])]]*f1; }
+      a -> turn -> b; } scene s of M { observe mb.f; run 1 s; }"""
+    found = list(start_of(tmp_path, text).values())
+    assert found == pytest.approx([0.9, -0.7], rel=1e-12)
