@@ -112,8 +112,8 @@ def _declare_element(work: Nets, element: Element) -> None:
         return
     work.sized.update(element.faces.values())
     if len(dims) == 2:
-        _set_width(work, element.faces["in"].net, Width(dims[0], span, True))
-        _set_width(work, element.faces["out"].net, Width(dims[1], span, True))
+        for side, size in zip(("in", "out"), dims, strict=True):
+            _set_width(work, element.faces[side].net, Width(size, span, size > 1))
     else:
         for face in element.faces.values():
             _set_width(work, face.net, Width(dims[0], span, True))

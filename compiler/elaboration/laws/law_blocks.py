@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import names, with_article
@@ -98,7 +98,9 @@ class Laws:
         """The variable of an element denoted by a name without a path in its law."""
         if name in {"q", "p"}:
             return self.values.storage(element, name)
-        return self.values.variable(face_of(element, name), name[0])
+        value = self.values.variable(face_of(element, name), name[0])
+        # In the law of `MTF[1, 2]` a side of width 1 is a vector too, `f1[1]`.
+        return replace(value, shape=(1,)) if len(element.dims) == 2 and value.is_scalar else value
 
     def equations(
         self,
