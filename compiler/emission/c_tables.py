@@ -132,7 +132,7 @@ def model_tables(
         table("start_guess", "double ", [number(x) for x in program.start.guess])
         fields.append(("n_start", str(len(program.start.guess))))
     if program.given:
-        names = [f"`{given.variable}0` of `{given.name}`" for given in program.given]
+        names = [f"{given.variable}0 of {given.name}" for given in program.given]
         table("given_name", "char *const ", [quoted(name) for name in names])
         indices("given_default", [int(given.is_default) for given in program.given])
         fields.append(("n_given", str(len(program.given))))

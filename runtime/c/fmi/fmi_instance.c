@@ -25,7 +25,7 @@ static const char *part_at_fault(const bgc_fmi *i, bgc_status status, const char
     case BGC_BAD_PARAMETER:
         k = bgc_failed_parameter(d);
         *role = k < m->n_param                   ? "parameter"
-                : k > m->n_param + m->n_check ? "at the start,"
+                : k > m->n_param + m->n_check ? "initial value"
                                               : "condition";
         return k < 0                         ? NULL
                : k < m->n_param              ? m->param[k].name
