@@ -8,7 +8,7 @@ assignment is refused with the elements at fault.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
@@ -16,17 +16,24 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.modular import rank_of
 from bgc.causality.certificates import Certifier
 from bgc.causality.elimination import eliminate
-from bgc.causality.paths import connections, holding, rigid_path
+from bgc.causality.judgement import (
+    Flows,
+    effort_conflict,
+    judge_remaining,
+    moves_inertias_only,
+    shared_flows,
+    warnings_of,
+    without_any_inertia,
+    without_inertia,
+)
 from bgc.causality.regions import Structure, junction_structure
 from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.causality.working_rows import Elimination
-from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Refused
 from bgc.ir.causal import (
     Basis,
     BasisKind,
-    BondClass,
     CausalGraph,
     Closure,
     ElementPort,
@@ -34,12 +41,10 @@ from bgc.ir.causal import (
     Row,
     Step,
 )
-from bgc.ir.graph import FlatGraph, Gyrator, Junction, Node, Source, Transformer
+from bgc.ir.graph import FlatGraph, Junction, Node, Source
 from bgc.ir.program import PositiveParameter
 
 _ROUNDING = 1e-6  # of the largest coefficient of a row: less is zero, but for data in seven digits
-
-_Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +163,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     fingerprints = Fingerprints(graph.dag)
     structure = junction_structure(graph, way.cut)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters, ranged=way.ranged)
-    errors = _shared_flows(graph, structure)
+    errors = shared_flows(graph, structure)
     if errors:
         return Refused(BgError(errors))
     elimination = eliminate(
@@ -166,7 +171,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     )
     if way.weak and elimination.unsolved and elimination.weakest < _ROUNDING:
         return _assigned(graph, _Way(cut=way.weak, ranged=way.ranged))
-    warnings, closures, errors = _judge_remaining(graph, structure, certifier, elimination, way.cut)
+    warnings, closures, errors = judge_remaining(graph, structure, certifier, elimination, way.cut)
     if errors:
         return Refused(BgError(errors))
     steps, watched = sequence_rows(
@@ -188,14 +193,14 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     closures += [
         Closure(number, (row.element,)) for number, row in enumerate(late, len(elimination.rows))
     ]
-    still = [c for c in closures if not _moves_inertias_only(structure, rows[c.row], basis, flows)]
+    still = [c for c in closures if not moves_inertias_only(structure, rows[c.row], basis, flows)]
     if still and way.cut and not way.following:
-        following = _without_inertia(structure, [rows[c.row] for c in still], basis, flows)
+        following = without_inertia(structure, [rows[c.row] for c in still], basis, flows)
         return _assigned(graph, _Way(way.cut, following=following, ranged=way.ranged))
-    errors = _without_any_inertia(graph, structure, rows, still, basis, flows)
+    errors = without_any_inertia(graph, structure, rows, still, basis, flows)
     if errors:
         return Refused(BgError(errors))
-    warnings += _warn(graph, structure, basis)
+    warnings += warnings_of(graph, structure, basis)
     return CausalGraph(
         graph=graph,
         fingerprints=fingerprints,
@@ -238,11 +243,11 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
 
 def _back_substitute(
     dag: Dag, structure: Structure, steps: Sequence[Step]
-) -> tuple[list[int], _Flows]:
+) -> tuple[list[int], Flows]:
     """The independent classes, and the sparse row of N of every class."""
     dependent = {step.dependent for step in steps}
     independent = [c for c in range(len(structure.classes)) if c not in dependent]
-    flows: _Flows = [{} for _ in structure.classes]
+    flows: Flows = [{} for _ in structure.classes]
     for k, number in enumerate(independent):
         flows[number] = {k: dag.one}
     for step in reversed(steps):
@@ -262,7 +267,7 @@ def _verify(
     dag: Dag,
     structure: Structure,
     rows: Sequence[Row],
-    flows: _Flows,
+    flows: Flows,
     closing: Collection[int],
 ) -> None:
     """Check every raw row but the closing ones against N; drop entries of N that are zero."""
@@ -283,7 +288,7 @@ def _verify(
 
 
 def _basis(
-    graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: _Flows
+    graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: Flows
 ) -> tuple[tuple[Basis, ...], list[Diagnostic]]:
     """Decide what determines each independent flow, by the elements that it powers.
 
@@ -316,13 +321,13 @@ def _basis(
                 column = len(basis)
                 through = [n for n, entries in enumerate(flows) if column in entries]
                 sources = sorted({element for element, _ in elements})
-                errors.append(_effort_conflict(graph, structure, number, sources, through))
+                errors.append(effort_conflict(graph, structure, number, sources, through))
         basis.append(Basis(number, kind))
     return tuple(basis), errors
 
 
 def _columns_in_value(
-    graph: FlatGraph, structure: Structure, port: ElementPort, flows: _Flows
+    graph: FlatGraph, structure: Structure, port: ElementPort, flows: Flows
 ) -> set[int]:
     """The independent flows in the value of an effort source, which is a resistance to them."""
     source = graph.elements[port.element]
@@ -336,166 +341,6 @@ def _columns_in_value(
             through = (symbol.kind is Kind.EFFORT) == structure.dual[symbol.index]
             columns |= set(flows[structure.class_of[symbol.index]]) if through else set()
     return columns
-
-
-# --- diagnostics ------------------------------------------------------------------------------
-
-
-def _shared_flows(graph: FlatGraph, structure: Structure) -> list[Diagnostic]:
-    """The errors for two flow sources on bonds that share one flow."""
-    errors = []
-    for members in structure.classes:
-        sources = [k for k in members.ports if structure.ports[k].role is Role.FLOW_SOURCE]
-        for k in sources[1:]:
-            pair = [structure.ports[sources[0]].element, structure.ports[k].element]
-            dual = structure.dual[members.bonds[0]]
-            errors.append(_conflict(graph, pair, members.bonds, dual=dual))
-    return errors
-
-
-def _effort_conflict(
-    graph: FlatGraph,
-    structure: Structure,
-    number: int,
-    elements: Sequence[int],
-    through: Sequence[int],
-) -> Diagnostic:
-    """The error for an independent flow, in the classes `through`, with effort sources only."""
-    dual = structure.dual[structure.classes[number].bonds[0]]
-    bonds = {bond for n in through for bond in structure.classes[n].bonds}
-    return _conflict(graph, elements, bonds, dual=not dual)
-
-
-def _conflict(
-    graph: FlatGraph, sources: Sequence[int], bonds: Collection[int], *, dual: bool
-) -> Diagnostic:
-    """The error for sources that set one variable, with the path between them along some bonds."""
-    what = "effort" if dual else "flow"
-    if len(sources) == 1:
-        (source,) = connections(graph, sources)
-        return catalogue.source_without_load(source.span, source.name, what)
-    start, end = sorted(sources)[:2]
-    first, second = connections(graph, (start, end))
-    path = rigid_path(graph, start, end, bonds)
-    return catalogue.causal_conflict(first, second, what, connections(graph, path))
-
-
-def _judge_remaining(
-    graph: FlatGraph,
-    structure: Structure,
-    certifier: Certifier,
-    elimination: Elimination,
-    cut: Collection[int],
-) -> tuple[list[Diagnostic], list[Closure], list[Diagnostic]]:
-    """Warnings of redundant rows, those that close a chain, and errors for contradictory ones.
-
-    The rows of junctions in `cut` close one in any case.
-    """
-    warnings, errors, closures = [], [], []
-    for row, left in elimination.remaining:
-        elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
-        span = graph.elements[elimination.rows[row].element].span
-        if elimination.rows[row].element in cut:
-            closures.append(Closure(row, (elimination.rows[row].element,)))
-            continue
-        if not left:
-            names = _names(graph, elements)
-            warnings.append(catalogue.redundant_structure(span, names))
-            continue
-        sources = [_flow_source(structure, number) for number, _ in left]
-        certain = all(certifier.certify(entry) is not None for _, entry in left)
-        if certain and left and len(left) <= 2 and None not in sources:
-            dual = structure.dual[elimination.rows[row].ends[0].bond]
-            met = _bonds_of(structure, elimination, elimination.origins[row])
-            errors.append(_conflict(graph, [s for s in sources if s is not None], met, dual=dual))
-            continue
-        moduli = _moduli(graph, elements)
-        parametric = all(graph.dag.level[entry] <= Level.PARAM for _, entry in left)
-        if parametric and moduli:
-            element = graph.elements[moduli[0]]
-            errors.append(catalogue.zero_modulus(element.span, element.name))
-        else:
-            closures.append(Closure(row, tuple(elements)))
-    return warnings, closures, errors
-
-
-def _moves_inertias_only(
-    structure: Structure, row: Row, basis: Sequence[Basis], flows: _Flows
-) -> bool:
-    """Test whether the flows in a row are those of inertias and sources, none of them dual."""
-    allowed = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
-    dual = any(structure.dual[end.bond] for end in row.ends)
-    return not dual and all(basis[k].kind in allowed for k in _columns(structure, row, flows))
-
-
-def _columns(structure: Structure, row: Row, flows: _Flows) -> set[int]:
-    """The independent flows that a row depends on."""
-    return {k for end in row.ends for k in flows[structure.class_of[end.bond]]}
-
-
-def _without_inertia(
-    structure: Structure, rows: Iterable[Row], basis: Sequence[Basis], flows: _Flows
-) -> frozenset[int]:
-    """The classes of the independent flows in some rows that move no inertia."""
-    taking_part = {k for row in rows for k in _columns(structure, row, flows)}
-    given = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
-    return frozenset(basis[k].bond_class for k in taking_part if basis[k].kind not in given)
-
-
-def _without_any_inertia(
-    graph: FlatGraph,
-    structure: Structure,
-    rows: Sequence[Row],
-    closures: Sequence[Closure],
-    basis: Sequence[Basis],
-    flows: _Flows,
-) -> list[Diagnostic]:
-    """The errors for closed chains that move something without inertia, or lie in a dual region."""
-    errors = []
-    for closure in closures:
-        row = rows[closure.row]
-        columns = _columns(structure, row, flows)
-        moduli = _moduli(graph, closure.elements)
-        met = {bond for k in columns for bond in structure.classes[basis[k].bond_class].bonds}
-        others = [k for k in (*closure.elements, *holding(graph, met)) if k not in moduli]
-        chain = connections(graph, moduli), connections(graph, others)
-        errors.append(catalogue.rigid_chain(graph.elements[row.element].span, *chain))
-    return errors
-
-
-def _moduli(graph: FlatGraph, elements: Iterable[int]) -> list[int]:
-    return [k for k in elements if isinstance(graph.elements[k], Transformer | Gyrator)]
-
-
-def _bonds_of(structure: Structure, elimination: Elimination, rows: Iterable[int]) -> set[int]:
-    """The bonds that share a variable with an end of some rows."""
-    numbers = {structure.class_of[end.bond] for row in rows for end in elimination.rows[row].ends}
-    return {bond for number in numbers for bond in structure.classes[number].bonds}
-
-
-def _flow_source(structure: Structure, number: int) -> int | None:
-    for k in structure.classes[number].ports:
-        if structure.ports[k].role is Role.FLOW_SOURCE:
-            return structure.ports[k].element
-    return None
-
-
-def _names(graph: FlatGraph, elements: Iterable[int]) -> list[str]:
-    return list(dict.fromkeys(graph.elements[index].name for index in elements))
-
-
-def _warn(graph: FlatGraph, structure: Structure, basis: Sequence[Basis]) -> list[Diagnostic]:
-    warnings = [
-        catalogue.bond_loop(graph.bonds[bond].span, graph.bonds[bond].name)
-        for bond in structure.bond_loops
-    ]
-    for independent in basis:
-        if independent.kind is BasisKind.INDETERMINATE:
-            members: BondClass = structure.classes[independent.bond_class]
-            bond = graph.bonds[members.bonds[0]]
-            what = "effort" if structure.dual[bond.index] else "flow"
-            warnings.append(catalogue.indeterminate(bond.span, bond.name, what))
-    return warnings
 
 
 def _positive(

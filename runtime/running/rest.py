@@ -1,74 +1,22 @@
-"""A start at rest: the state nearest to the given initial one at which all rates vanish.
-
-Inputs and devices have their first values, and sources their values at the start. With y = x/s, the
-states in their scales, the equations are
-
-    f(x, p) = 0     the rates, and the algebraic equations
-    g(x) = 0        the conditions and flows that keep chains of rigid connections closed
-    h(x) = h(x0)    the values to be held
-
-First the momenta become those of standstill: speeds of the start do not steer the search. Steps of
-Gauss and Newton of least length solve the equations (A. Ben-Israel, J. Math. Anal. Appl. 15, 1966).
-Then steps within the space of directions that no equation restores, each followed by steps of the
-first kind, determine the rest. Relations between positions that no motion of the system changes
-hold as at the declared start y0: the pose of a ship follows the spring that carries it, and a rope
-is as long as its ends are apart. Conserved quantities of other kinds, such as oil between closed
-valves, come next. What is then still free is as near to y0 as possible, first what stores energy:
-a yaw or a joint under a rate drive stays where it was put. The start y0 may depend on the
-parameters p that are varied.
-
-Displacements that nothing moves and that start at zero, as the oil that has flowed into a cylinder
-since its valves were shut, give way before given positions do: as few of them as possible, those
-whose efforts have to change least. Under a load, a cylinder keeps its extension and the pressure of
-its rod side, and the pressure of the bore follows.
-
-Relations between positions hold to the accuracy of the solution: they are compared with a point
-that a path of possible motions reaches from y0 (`relations.py`), and the last steps serve them
-alone. Only values that are held may contradict them. Rows are scaled to entries of one; singular
-values below a tolerance, which decreases with the residuals, count as zero.
-"""
+"""Start an instance at rest: search for the state, check it, and say what moved."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
-
 import numpy as np
-from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene import Rest
-from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest_report import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
-from bgc.runtime.running.relations import Relations, Undefined, orthonormal
-from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales, svd
-from bgc.runtime.running.rest_equations import RestEquations, require_ok
+from bgc.runtime.running.relations import Undefined
+from bgc.runtime.running.rest_algebra import row_scales
+from bgc.runtime.running.rest_search import AT_REST, RestSearch
 from bgc.runtime.running.structures import Status
 
-_ITERATIONS = 200
-_FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
-_STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
-_WORSE = (10.0, 2.0)  # growth of the rates in a step of the system: bold steps first
-_RELAXATIONS = 3  # in vain, of a whole search
-_FEWER_STEPS = 100  # of those that only move what no relation joins
-_LAST_STEPS = 100  # at least, of those that restore relations between positions
-_HALVINGS = 25
-_FEWER_HALVINGS = 4
-_SMALL_PART = 1 / 8  # of a step
-_FARTHER = 0.1  # of a step along free directions, for terms of higher order
-_IDLE = 3  # steps along free directions that hardly come nearer to the declared start
-_INDEPENDENT = 1e-6  # of free directions, the part that two states have in common
-_MIXED = 1e-13  # of the square of a unit vector: rounding
-_AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
-_ROUNDING = 1e-15  # of a residual: no step makes it smaller
-_STILL = 1e-12  # of a step along free directions, in scales
 _TORN = 1e-6  # of a state, in its scale: relations between positions do not hold
-_CHEAP = 100.0  # scale of a parameter that is varied: a step changes it before a state
 _UNMOVED = 1e-13  # of a state, in its scale: rounding
-_NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
 
 
 def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
@@ -83,498 +31,86 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
         positions could not be followed to the state of rest.
     """
     try:
-        search = _Search(instance, rest)
+        search = RestSearch(instance, rest)
         search.run()
-        return search.finish()
+        return _finish(search)
     except Undefined as undefined:
         return undefined.status, None
 
 
-class _Search(RestEquations):
-    """The search of one instance: z holds the states in their scales, then the parameters."""
+def _torn(search: RestSearch) -> bool:
+    """Return whether z violates relations between positions, and no held value causes this.
 
-    def __init__(self, instance: Instance, rest: Rest) -> None:
-        super().__init__(instance, rest)
-        self.momenta = list(rest.momenta)
-        self.stiffness = np.zeros(self.size)
-        self.stiffness[: len(rest.stiffness)] = rest.stiffness
-        self.trapped = np.zeros(0, dtype=np.intp)
-        self.z = np.concatenate([self.start, self.given / self.of_parameters])
-        self.rows = np.ones(0)
-        self.steps_left = _STEPS
-        self.relaxations = 0  # in vain
-        status, mass = self.resting.mass()
-        require_ok(status)
-        self.mass = mass * self.scale / self.scale[:, None]
-        self.relations = Relations(self.by_state, self.momenta, self.mass)
-        self.reached = self.start  # the last point that a motion reaches from y0
-        self.reached_at = self._conditions()
-        self.arrived = True  # the path to that point was followed to its end
-        self.nearest: Array | None = None  # to rest, of where relations hold: the first one found
-
-    # --- relations between positions ----------------------------------------------------------
-
-    def _conditions(self) -> tuple[bytes, int]:
-        """The parameters that are varied and the number of positions that relations may join."""
-        return self.z[self.size :].tobytes(), len(self.relations.rows)
-
-    def _off(self) -> Array:
-        """The distance of y from the point near it that a motion reaches from y0."""
-        self.go(self.z)
-        y = self.z[: self.size]
-        with suppress(Undefined):
-            while True:
-                begin = self.reached if self._conditions() == self.reached_at else self.declared
-                before = self.reached_at = self._conditions()
-                self.reached, self.arrived = self.relations.reached(begin, y)
-                if self._conditions() == before:
-                    return y - self.reached
-        self.arrived = True
-        self.reached = self.declared  # the path leads through points without rates
-        return y - self.declared
-
-    # --- steps --------------------------------------------------------------------------------
-
-    def run(self) -> None:
-        """Go to a state of rest, and from there along such states to the one that is wanted."""
-        with suppress(Undefined):
-            self._stop()
-            self.trapped = self._trapped()
-        self._restore()
-        if not self.trapped.size:
-            self._approach()
-        else:
-            with suppress(Undefined):
-                self._return()
-            self._approach(related=True)
-            self.steps_left = min(self.steps_left, _FEWER_STEPS)
-            self._approach(related=False)
-            self.steps_left = max(self.steps_left, _LAST_STEPS)
-            self._approach(related=True)
-        self._relate()
-
-    def _approach(self, *, related: bool | None = None) -> None:
-        """Go along free directions: all, or those in which related positions take part, or not.
-
-        A valve bounds some of the others, such as the oil of a line: what stands at its bound keeps
-        a step from being taken as a whole, and must not keep the positions from theirs.
-        """
-        before, idle = np.inf, 0
-        while self.steps_left > 0 and idle < _IDLE:
-            along = self._along()
-            if related is not None:
-                along = self._part(along, related=related)
-            sizes = np.abs(along)
-            sizes[self.trapped] *= _CHEAP
-            size = float(sizes.max(initial=0.0))
-            if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
-                break
-            distance = self._distance()
-            farther = _FARTHER * float(np.abs(along).max()) if related else 0.0
-            if not self._followed(along, distance + farther):
-                break
-            idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.9 * before else 0
-            before = size
-
-    def _part(self, along: Array, *, related: bool) -> Array:
-        """The part of a step in free directions in which related positions take part, or not."""
-        free, _, _ = self._free()
-        near = free @ free.T
-        own = np.sqrt(near.diagonal())
-        found = np.zeros(len(along), dtype=bool)
-        new = np.zeros(len(along), dtype=bool)
-        new[self.relations.rows] = new[self.size :] = True
-        joined = np.abs(near) > _INDEPENDENT * np.outer(own, own) + _MIXED
-        while new.any():
-            found |= new
-            new = joined[new].any(axis=0) & ~found
-        return np.where(found == related, along, 0.0)
-
-    def _stop(self) -> None:
-        """Change the momenta by the least with which no position moves."""
-        z, n = self.z.copy(), self.size
-        z[:n] += self.relations.stopping(z[:n], self.residuals(z)[:n])
-        self.residuals(z)
-        self.z = z
-
-    def _return(self) -> None:
-        """Return to rest from the positions of the declared start, with what else is at rest now.
-
-        Where valves open and close, rest is found with positions that tear relations. With the
-        valves as they are at rest, it may be found next to the declared positions.
-        """
-        begin, z = self.z, self.z.copy()
-        places = np.concatenate([self.relations.rows, self.trapped])
-        z[places] = self.declared[places]
-        self.z = z
-        if self.held or np.abs(z - begin).max() <= _STILL or self._newton(kept=True) > _AT_REST:
-            self.z = begin
-            self.go(begin)
-
-    def _trapped(self) -> NDArray[np.intp]:
-        """The displacements that nothing moves, as oil between shut valves, and that start at zero.
-
-        Their rates depend on nothing but states that keep their own value, such as the opening of a
-        valve that is shut. What is counted from the start on may give way; a charge that is given
-        may not.
-        """
-        n, momenta = self.size, set(self.momenta)
-        slope, _ = self.slopes(self.z)
-        still = np.abs(self.residuals(self.z)[:n]) <= _STILL
-        read = [set(np.flatnonzero(row).tolist()) for row in slope[:n, :n]]
-        own = {k for k in range(n) if still[k] and k not in momenta and read[k]}
-        kept: set[int] = set()
-        while more := {k for k in own - kept if read[k] <= kept | {k}}:
-            kept |= more
-        zero = (self.stiffness != 0) & still & (self.declared == 0)
-        found = [k for k in np.flatnonzero(zero).tolist() if k not in momenta and read[k] <= kept]
-        return np.array(found, dtype=np.intp)
-
-    def _relate(self) -> None:
-        """Restore the relations between positions, and nothing else along free directions."""
-        self.steps_left = max(self.steps_left, _LAST_STEPS)
-        before = np.inf
-        while True:
-            along, size = self._towards_relations()
-            if size <= _ROUNDING or size > 0.5 * before or not self._followed(along):
-                return
-            before = size
-
-    def _relax(self) -> float:
-        """Follow the system itself from z, ever more damped; return the largest scaled residual."""
-        begin = self.z
-
-        def rates(y: Array) -> Array:
-            try:
-                return self.residuals(y)[: self.size]
-            except Undefined:
-                return np.full(self.size, np.nan)
-
-        def slope(y: Array) -> Array:
-            return self.slopes(y)[0][: self.size]
-
-        def projected(y: Array) -> Array:
-            self.go(y)
-            self.instance.restart()
-            moved: Array = self.resting.state / self.scale
-            return moved
-
-        everywhere = np.eye(self.size), np.arange(self.size)
-        for worse in _WORSE:
-            with suppress(Undefined):
-                self.z, _ = find_equilibrium(
-                    rates, slope, self.mass, begin, projected, lambda _: everywhere, worse
-                )
-                size = self._newton(kept=True)
-                if size <= _AT_REST:
-                    return size
-            self.z = begin
-        return np.inf
-
-    def _followed(self, along: Array, distance: float = np.inf) -> bool:
-        """Take the largest part of a step along free directions from which rest is found again.
-
-        Where valves open and close, rest may be found far away: the distance must not increase.
-        """
-        begin = self.z
-        fraction = 1.0
-        for _ in range(_FEWER_HALVINGS):
-            self.z = begin + fraction * along
-            if self.steps_left <= 0:
-                break
-            with suppress(Undefined):
-                if self._restore() <= _AT_REST and self._distance() <= 1.001 * distance + _STILL:
-                    return True
-            fraction /= 4
-        self.z = begin
-        self.go(begin)
+    A closed chain is left out: its own conditions keep it together.
+    """
+    _, closing, _ = search.resting.chain_rows()
+    if search.held or closing.size:
         return False
+    return float(np.abs(search.off()).max(initial=0.0)) > _TORN
 
-    def _distance(self) -> float:
-        """Distance from the declared start without what is trapped.
 
-        Conserved quantities have ten times the weight.
-        """
-        slope, _ = self.slopes(self.z)
-        away = self.z[: self.size] - self.declared
-        kept = self._conserved(slope[: self.size, : self.size])
-        away[self.trapped] = 0.0
-        return float(np.linalg.norm(away) + 10 * np.linalg.norm(kept @ away))
+def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
+    """Check the rates that remain, and make the state the start of a run."""
+    torn = _torn(search)
+    if torn and search.nearest is not None:
+        search.z = search.nearest  # what still moves there keeps the system from its rest
+    _keep_declared(search)
+    remaining = search.residuals(search.z)
+    slope, _ = search.slopes(search.z)
+    search.rows = row_scales(slope)
+    sizes = np.abs(remaining / search.rows)
+    worst = float(sizes.max(initial=0.0))
+    if not worst <= AT_REST:
+        _refuse(search, remaining, sizes)
+    if torn or not search.arrived:
+        raise BgError([rest_too_far()])
+    search.go(search.z)
+    status = search.instance.restart()
+    if status is not Status.OK:
+        return status, None
+    return status, AtRest(worst, _moves(search), _variations(search))
 
-    def _restore(self) -> float:
-        """Go to a state of rest; return the largest scaled residual.
 
-        Steps keep relations between positions to the first order, unless values that are held or
-        the parameters that are varied prevent that.
-        """
-        begin = self.z
-        if not self.held:
-            size = self._newton(kept=True)
-            self.nearest = self.z if self.nearest is None else self.nearest
-            if size > _AT_REST and not self.varied and self.relaxations < _RELAXATIONS:
-                self.z = begin
-                size = self._relax()
-                self.relaxations += size > _AT_REST
-            if size <= _AT_REST:
-                return size
-            self.z = begin
-        return self._newton(kept=False)
+def _keep_declared(search: RestSearch) -> None:
+    """Undo what moved states by rounding alone: a counter stays a whole number."""
+    search.go(search.z)
+    y = search.z[: search.size]
+    moved = np.abs(y - search.declared) > _UNMOVED * (1 + np.abs(search.declared))
+    search.z = np.concatenate([np.where(moved, y, search.declared), search.z[search.size :]])
 
-    def _newton(self, *, kept: bool) -> float:
-        """Take steps towards rest while they help, along the relations between positions or not."""
-        rank = 1.0  # factor of the tolerance of rank
-        remaining = self.residuals(self.z)
-        size = np.inf
-        settled: tuple[Array, float] | None = None  # the last point at rest, and its residual
-        for _ in range(_FEWER_ITERATIONS if kept else _ITERATIONS):
-            self.steps_left -= 1
-            slope, starts = self.slopes(self.z)
-            self.rows = row_scales(slope)
-            scaled = remaining / self.rows
-            size = float(np.abs(scaled).max(initial=0.0))
-            if size <= _AT_REST:
-                settled = self.z, size
-            if size <= _ROUNDING or self.steps_left <= 0:
-                break
-            basis = self._steps(starts, kept)
-            matrix = (slope / self.rows[:, None]) @ basis
-            sizes = row_scales(matrix) if self.trapped.size else np.ones(len(matrix))
-            left, values, right = svd(matrix / sizes[:, None], full=False)
-            count = rank_of(values, rank * size)
-            left = left[:, :count]
-            inverse = -basis @ (right[:count].T / values[:count]) @ (left / sizes[:, None]).T
-            left_over = scaled / sizes - left @ (left.T @ (scaled / sizes))
-            solved = float(np.linalg.norm(left_over)) <= 0.5 * float(np.linalg.norm(scaled / sizes))
-            found = self._tried(inverse, remaining, solved)
-            if found is not None:
-                self.z, remaining = found
-            elif size <= _AT_REST or rank < LEAST_RANK:
-                break
-            else:
-                rank *= 0.01  # what was taken for a free direction may not be one
-        if size > _AT_REST and settled is not None:
-            self.z, size = settled
-            self.go(self.z)
-        return float(size)
 
-    def _steps(self, starts: Array, kept: bool) -> Array:
-        """Steps of z to choose from, along the relations between positions or not.
+def _refuse(search: RestSearch, remaining: Array, sizes: Array) -> None:
+    if search.held:
+        raise BgError([rest_not_found()])
+    rates = sizes[: search.size]
+    order = np.argsort(-rates, kind="stable")
+    left = [int(k) for k in order if rates[k] > max(AT_REST, 1e-3 * rates.max(initial=0.0))]
+    named = [
+        (search.resting.names[k], float(remaining[k] * search.scale[k]), search.resting.units[k])
+        for k in left
+    ]
+    raise BgError([no_rest(named)])
 
-        The size of a step counts from the declared start, which moves with the parameters that are
-        varied: a spring that they stretch is then nearer than a crane that folds.
-        """
-        n, varied = self.size, len(self.z) - self.size
-        along = np.eye(n)
-        if kept:
-            self.go(self.z)
-            rows = self.relations.gradients(self.z[:n])
-            along = least(rows, np.zeros(len(rows)))[1]
-        along[self.trapped] *= _CHEAP
-        upper = np.hstack([along, _CHEAP * starts])
-        lower = np.hstack([np.zeros((varied, along.shape[1])), _CHEAP * np.eye(varied)])
-        return np.vstack([upper, lower])
 
-    def _related(self, starts: Array) -> Array:
-        """Changes of the relations between positions by z."""
-        self.go(self.z)
-        rows = self.relations.gradients(self.z[: self.size])
-        changes: Array = rows @ np.hstack([np.eye(self.size), -starts])
-        return changes
-
-    def _free(self) -> tuple[Array, Array, Array]:
-        """Directions that no equation restores, and the matrices on which they depend."""
-        slope, starts = self.slopes(self.z)
-        rows = row_scales(slope)
-        _, values, right = svd(slope / rows[:, None])
-        return right[rank_of(values, 0.0) :].T, slope, starts
-
-    def _along(self) -> Array:
-        """The step along directions that no equation restores.
-
-        It leads to where the relations between positions hold, as far as held values allow, then to
-        where conserved quantities are those of the declared start, and of what is then left to the
-        nearest state.
-        """
-        free, slope, starts = self._free()
-        if not free.size:
-            return np.zeros(len(self.z))
-        away = self.z[: self.size] - self.declared
-        moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
-        kept = self._conserved(slope[: self.size, : self.size])
-        changes, off = self._unrelated(starts)
-        found, others = least(changes @ free, -off)
-        every, untied = np.eye(self.size), np.delete(np.arange(self.size), self.trapped)
-        stored = untied[self.stiffness[untied] != 0]
-        for rows in (kept, every[stored], every[untied], None):
-            rows = self._stiffest(moved @ others) if rows is None else rows
-            matrix = rows @ moved
-            wanted = -rows @ away - matrix @ found
-            step, left = least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
-            found, others = found + others @ step, others @ left
-        along: Array = free @ found
-        return along
-
-    def _stiffest(self, moved: Array) -> Array:
-        """Rows of as many trapped displacements as directions are left, which `moved` holds.
-
-        They are those whose efforts would have to change most: of a loaded cylinder the oil on the
-        rod side, whose area is smaller than that of the bore.
-        """
-        chosen = []
-        efforts = moved[self.trapped] * (self.stiffness * self.scale)[self.trapped, None]
-        for _ in range(efforts.shape[1]):
-            sizes = np.linalg.norm(efforts, axis=1)
-            k = int(np.argmax(sizes)) if sizes.size else 0
-            if not sizes.size or sizes[k] == 0:
-                break
-            chosen.append(self.trapped[k])
-            along = efforts[k] / sizes[k]
-            efforts = efforts - np.outer(efforts @ along, along)
-            efforts[k] = 0.0
-        rows: Array = np.eye(self.size)[chosen]
-        return rows
-
-    def _unrelated(self, starts: Array) -> tuple[Array, Array]:
-        """Changes of the relations between positions by z, and by how much they are violated."""
-        off = self._off()
-        changes = self._related(starts)
-        return changes, changes[:, : self.size] @ off
-
-    def _towards_relations(self) -> tuple[Array, float]:
-        """The least step along free directions that restores the relations, and their violation."""
-        free, _, starts = self._free()
-        changes, off = self._unrelated(starts)
-        step, _ = least(changes @ free, -off)
-        return free @ step, float(np.abs(off).max(initial=0.0))
-
-    def _conserved(self, slope: Array) -> Array:
-        """Gradients of the conserved quantities without momenta: l' M with l' df/dy = 0.
-
-        Such as the difference between the stretch of a spring and an angle that is integrated from
-        the same rate. Their rows are orthonormal.
-        """
-        rows = row_scales(slope)
-        left, values, _ = svd(slope / rows[:, None])
-        kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
-        if kept.size:
-            kept = orthonormal(kept.T).T
-            free = [*self.momenta, *self.trapped]
-            _, others = least(kept[:, free].T, np.zeros(len(free)))
-            kept = others.T @ kept
-        return kept
-
-    def _tried(self, inverse: Array, remaining: Array, solved: bool) -> tuple[Array, Array] | None:
-        """The largest part of a step that decreases the residuals, or what is left to go.
-
-        Stiff dampers make the scales of some rows large, so that small changes of other residuals
-        hide what decreases there. Where this leaves a small part of a step, all of which solves
-        the linear equations (`solved`), the next step with the same inverse is compared. It does
-        not depend on scales of rows (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004,
-        section 3.3).
-        """
-        step = inverse @ (remaining / self.rows)
-        before = float(np.linalg.norm(remaining / self.rows))
-        to_go = float(np.linalg.norm(step))
-        fraction, found = self._damped(
-            step, lambda after, part: np.linalg.norm(after / self.rows) <= part * before, 0.0
+def _moves(search: RestSearch) -> tuple[Move, ...]:
+    after = search.resting.state / search.scale
+    change = np.abs(after - search.start)
+    order = np.argsort(-change, kind="stable")
+    pairs = [(int(k), search.scale[k]) for k in order if change[k] > 1e-12]
+    return tuple(
+        Move(
+            search.resting.names[k],
+            search.resting.units[k],
+            float(search.start[k] * s),
+            float(after[k] * s),
         )
-        if fraction < _SMALL_PART and solved and to_go > _STILL:
-            _, other = self._damped(
-                step,
-                lambda after, part: np.linalg.norm(inverse @ (after / self.rows)) <= part * to_go,
-                fraction,
-            )
-            found = found if other is None else other
-        if found is None:
-            self.go(self.z)
-        return found
+        for k, s in pairs
+    )
 
-    def _damped(
-        self, step: Array, decreases: Callable[[Array, float], np.bool_], least: float
-    ) -> tuple[float, tuple[Array, Array] | None]:
-        """The largest part of a step, above `least`, that decreases a measure of the residuals."""
-        fraction = 1.0
-        for _ in range(_HALVINGS):
-            if fraction <= least:
-                break
-            z = self.z + fraction * step
-            with suppress(Undefined):
-                after = self.residuals(z)
-                if decreases(after, 1 - 0.1 * fraction):
-                    return fraction, (z, after)
-            fraction /= 2
-        return 0.0, None
 
-    # --- the end ------------------------------------------------------------------------------
-
-    def _torn(self) -> bool:
-        """Return whether z violates relations between positions, and no held value causes this.
-
-        A closed chain is left out: its own conditions keep it together.
-        """
-        _, closing, _ = self.resting.chain_rows()
-        if self.held or closing.size:
-            return False
-        return float(np.abs(self._off()).max(initial=0.0)) > _TORN
-
-    def finish(self) -> tuple[Status, AtRest | None]:
-        """Check the rates that remain, and make the state the start of a run."""
-        torn = self._torn()
-        if torn and self.nearest is not None:
-            self.z = self.nearest  # what still moves there keeps the system from its rest
-        self._keep_declared()
-        remaining = self.residuals(self.z)
-        slope, _ = self.slopes(self.z)
-        self.rows = row_scales(slope)
-        sizes = np.abs(remaining / self.rows)
-        worst = float(sizes.max(initial=0.0))
-        if not worst <= _AT_REST:
-            self._refuse(remaining, sizes)
-        if torn or not self.arrived:
-            raise BgError([rest_too_far()])
-        self.go(self.z)
-        status = self.instance.restart()
-        if status is not Status.OK:
-            return status, None
-        return status, AtRest(worst, self._moves(), self._variations())
-
-    def _keep_declared(self) -> None:
-        """Undo what moved states by rounding alone: a counter stays a whole number."""
-        self.go(self.z)
-        y = self.z[: self.size]
-        moved = np.abs(y - self.declared) > _UNMOVED * (1 + np.abs(self.declared))
-        self.z = np.concatenate([np.where(moved, y, self.declared), self.z[self.size :]])
-
-    def _refuse(self, remaining: Array, sizes: Array) -> None:
-        if self.held:
-            raise BgError([rest_not_found()])
-        rates = sizes[: self.size]
-        order = np.argsort(-rates, kind="stable")
-        left = [int(k) for k in order if rates[k] > max(_AT_REST, 1e-3 * rates.max(initial=0.0))]
-        named = [
-            (self.resting.names[k], float(remaining[k] * self.scale[k]), self.resting.units[k])
-            for k in left
-        ]
-        raise BgError([no_rest(named)])
-
-    def _moves(self) -> tuple[Move, ...]:
-        after = self.resting.state / self.scale
-        change = np.abs(after - self.start)
-        order = np.argsort(-change, kind="stable")
-        pairs = [(int(k), self.scale[k]) for k in order if change[k] > 1e-12]
-        return tuple(
-            Move(
-                self.resting.names[k],
-                self.resting.units[k],
-                float(self.start[k] * s),
-                float(after[k] * s),
-            )
-            for k, s in pairs
-        )
-
-    def _variations(self) -> tuple[Move, ...]:
-        info = self.instance.library.model.param
-        return tuple(
-            Move(text(info[k].name), text(info[k].unit), float(given), self.instance.parameter(k))
-            for k, given in zip(self.varied, self.given, strict=True)
-        )
+def _variations(search: RestSearch) -> tuple[Move, ...]:
+    info = search.instance.library.model.param
+    return tuple(
+        Move(text(info[k].name), text(info[k].unit), float(given), search.instance.parameter(k))
+        for k, given in zip(search.varied, search.given, strict=True)
+    )
