@@ -12,7 +12,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence, Set
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -333,6 +333,8 @@ def _compile_all(
         except BaseException:  # Ctrl-C: the pool waits for its threads
             running.end()
             raise
+    if running.ended:
+        raise CancelledError  # compilers that were killed say nothing about the compiler
     if outputs:
         raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])
     return [path for path in found if path is not None]

@@ -12,6 +12,7 @@ from bgc.runtime.results.rest_report import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Undefined
 from bgc.runtime.running.rest_algebra import row_scales
+from bgc.runtime.running.rest_equations import require_ok
 from bgc.runtime.running.rest_search import AT_REST, RestSearch
 from bgc.runtime.running.structures import Status
 
@@ -33,9 +34,19 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
     try:
         search = RestSearch(instance, rest)
         search.run()
+        if search.trapped.size and (_torn(search) or not _at_rest(search)):
+            # A valve that opens under the load, such as a relief valve, frees what seemed trapped.
+            search.go(search.begin)
+            require_ok(instance.reset(search.time, checked=False))
+            search = RestSearch(instance, rest)
+            search.run(giving_way=False)
         return _finish(search)
     except Undefined as undefined:
         return undefined.status, None
+
+
+def _at_rest(search: RestSearch) -> bool:
+    return bool(_remaining(search)[1].max(initial=0.0) <= AT_REST)
 
 
 def _torn(search: RestSearch) -> bool:
@@ -55,10 +66,7 @@ def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
     if torn and search.nearest is not None:
         search.z = search.nearest  # what still moves there keeps the system from its rest
     _keep_declared(search)
-    remaining = search.residuals(search.z)
-    slope, _ = search.slopes(search.z)
-    search.rows = row_scales(slope)
-    sizes = np.abs(remaining / search.rows)
+    remaining, sizes = _remaining(search)
     worst = float(sizes.max(initial=0.0))
     if not worst <= AT_REST:
         _refuse(search, remaining, sizes)
@@ -69,6 +77,14 @@ def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
     if status is not Status.OK:
         return status, None
     return status, AtRest(worst, _moves(search), _variations(search))
+
+
+def _remaining(search: RestSearch) -> tuple[Array, Array]:
+    """The residuals, and their magnitudes relative to the states that they depend on."""
+    remaining = search.residuals(search.z)
+    slope, _ = search.slopes(search.z)
+    search.rows = row_scales(slope)
+    return remaining, np.abs(remaining / search.rows)
 
 
 def _keep_declared(search: RestSearch) -> None:

@@ -74,7 +74,8 @@ class RestSearch(RestEquations):
         self.stiffness = np.zeros(self.size)
         self.stiffness[: len(rest.stiffness)] = rest.stiffness
         self.trapped = np.zeros(0, dtype=np.intp)
-        self.z = np.concatenate([self.start, self.given / self.of_parameters])
+        self.begin = np.concatenate([self.start, self.given / self.of_parameters])
+        self.z = self.begin
         self.rows = np.ones(0)
         self.steps_left = _STEPS
         self.relaxations = 0  # in vain
@@ -110,11 +111,15 @@ class RestSearch(RestEquations):
 
     # --- steps --------------------------------------------------------------------------------
 
-    def run(self) -> None:
-        """Go to a state of rest, and from there along such states to the one that is wanted."""
+    def run(self, *, giving_way: bool = True) -> None:
+        """Go to a state of rest, and from there along such states to the one that is wanted.
+
+        `giving_way` tells whether trapped displacements do so before given positions.
+        """
         with suppress(Undefined):
             self._stop()
-            self.trapped = self._trapped()
+            if giving_way:
+                self.trapped = self._trapped()
         self._restore()
         if not self.trapped.size:
             self._approach()

@@ -16,7 +16,7 @@ from bgc.causality.certificates import Certifier, Size
 from bgc.driver import Stages, compile_scene
 from bgc.emission import sparse
 from bgc.emission.lower import lower
-from bgc.equations.inertias import flows as merged_flows
+from bgc.equations.storage import constrained_energy
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
@@ -284,7 +284,7 @@ def test_the_factored_and_the_merged_form_agree(
         "factored": partial(minimise_in_order, order=Order.NARROW),
         "merged": partial(minimise_in_order, order=Order.SUBSTITUTIONS_FIRST),
     }.items():
-        monkeypatch.setattr(merged_flows, "minimise", order)
+        monkeypatch.setattr(constrained_energy, "minimise", order)
         programs[name] = compiled(tmp_path, joints(5)).optimised
     expected = derivatives(programs["merged"])
     size = np.abs(expected).max()

@@ -485,7 +485,7 @@ ELSEWHERE = {
     "terminal is gone.": "test_streams.py::test_a_terminal_that_is_closed_keeps_the_rows",
     "An interrupted `bgc sweep` writes the instances that are done and prints how many; the same "
     "command then computes the others, with the same numbers as without an interruption.": (
-        "test_ensemble.py::test_an_interrupted_ensemble_is_resumed_with_the_same_numbers"
+        "test_ensemble_results.py::test_an_interrupted_ensemble_is_resumed_with_the_same_numbers"
     ),
     "A signal ends the C compilers that a command has started, too.": (
         "test_streams.py::test_a_signal_ends_the_compilers_too"
