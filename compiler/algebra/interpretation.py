@@ -115,7 +115,7 @@ class _Interpretation(Fold[Interval[End]], Generic[End]):
         return within(self._ends, found, (0, None) if sign > 0 else (None, 0))
 
     def _factors(self, node: Node) -> Counter[Node]:
-        """How often each factor stands in a product; divisors count as factors."""
+        """Count each factor of a product; divisors count as factors."""
         dag, stack, found = self._dag, [node], Counter[Node]()
         while stack and len(stack) < _FACTORS:
             top = stack.pop()

@@ -291,7 +291,7 @@ def hypotenuse(
 def largest(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
-    """The larger ends, of which one is enough below."""
+    """Bound the larger operand; one known lower end bounds it from below."""
     low = _either(ends.greatest, a.low, b.low)
     return Interval(low, _both(ends.greatest, a.high, b.high))
 
@@ -299,7 +299,7 @@ def largest(
 def smallest(
     ends: Ends[End], f: Callable[..., End], a: Interval[End], b: Interval[End]
 ) -> Interval[End]:
-    """The smaller ends, of which one is enough above."""
+    """Bound the smaller operand; one known upper end bounds it from above."""
     return Interval(_both(ends.least, a.low, b.low), _either(ends.least, a.high, b.high))
 
 

@@ -18,7 +18,7 @@ class Severity(Enum):
 
 
 class Fault(Enum):
-    """Where the fault is that an error reports."""
+    """The cause of an error: the model, the choice of independent flows, or the start."""
 
     MODEL = "model"
     CHOICE = "choice"  # in the flows chosen as independent: with others there may be none
@@ -47,9 +47,9 @@ class Diagnostic:
 
     `code` is stable (`BG201`). `message` is lower case, without a full stop, in the user's
     terms. `span` is the smallest place at fault, None without a place in a source (a missing
-    file, a missing compiler). `help` is the way out, an imperative; `edits` are the texts
-    that it proposes, each an alternative of its own, the most likely first. `fault` tells what
-    else may be tried.
+    file, a missing compiler). `help` is the way out, an imperative; `edits` are alternative
+    texts for it, the most likely first. `fault` is the cause, by which the compiler decides
+    whether to try another choice.
     """
 
     code: str
@@ -87,13 +87,13 @@ class BgError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """What came of a choice that does not work, as a value: other choices may follow."""
+    """The refusal of one choice, as a value, so that the caller can try another."""
 
     error: BgError
 
     @property
     def faults(self) -> set[Fault]:
-        """Where the faults are."""
+        """The causes of its errors."""
         return {diagnostic.fault for diagnostic in self.error.diagnostics}
 
 

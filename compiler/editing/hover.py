@@ -13,7 +13,7 @@ from bgc.editing.symbols import Kind, Symbol
 from bgc.grammar import syntax
 from bgc.grammar.language_words import TABLE
 from bgc.grammar.tokens import span_of
-from bgc.language.elements import ELEMENTS
+from bgc.language.elements import ELEMENTS, VARIABLES_OF_ELEMENTS
 from bgc.language.scene_tables import ACCOUNTS, DEVICE_COMMANDS, DEVICE_INPUTS
 from bgc.language.shape_table import SHAPES
 from bgc.language.solver import SOLVER_OPTIONS
@@ -30,14 +30,7 @@ from bgc.resolution.modules import flatten
 
 _UNIT = re.compile(r"(?<=\d )\S+\Z")
 _READABLE = {
-    "e": "effort",
-    "f": "flow",
-    "p": "momentum",
-    "q": "displacement",
-    "e1": "effort of port 1",
-    "f1": "flow of port 1",
-    "e2": "effort of port 2",
-    "f2": "flow of port 2",
+    **VARIABLES_OF_ELEMENTS,
     "H": "energy, in a law",
     "power": "effort times flow",
     "time": "the time in s, from 0 at the start of the run",

@@ -36,7 +36,7 @@ from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
 
 Outcome: TypeAlias = Program | Refused | None
-"""What was derived from a causal graph; None where that was not tried yet."""
+"""The equations of a causal graph or their refusal; None before they are derived."""
 
 Assigned: TypeAlias = tuple[CausalGraph, Outcome]
 

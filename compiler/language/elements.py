@@ -423,3 +423,15 @@ ELEMENTS: Mapping[str, ElementKind] = {
     )
 }
 """All basic elements by name."""
+
+# The variables of elements that a model may read, and what each is.
+VARIABLES_OF_ELEMENTS = {
+    "e": "effort",
+    "f": "flow",
+    "p": "momentum",
+    "q": "displacement",
+    "e1": "effort of port 1",
+    "f1": "flow of port 1",
+    "e2": "effort of port 2",
+    "f2": "flow of port 2",
+}

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bgc.language.elements import ELEMENTS, ElementKind, Family, Role
+from bgc.language.elements import (
+    ELEMENTS,
+    VARIABLES_OF_ELEMENTS,
+    ElementKind,
+    Family,
+    Role,
+)
 from bgc.printing.text_tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
-
-_READ = {
-    "e": "effort",
-    "f": "flow",
-    "p": "momentum",
-    "q": "displacement",
-    "e1": "effort of port 1",
-    "f1": "flow of port 1",
-    "e2": "effort of port 2",
-    "f2": "flow of port 2",
-}
 
 
 def _entry(name: str) -> Entry:
@@ -53,7 +48,7 @@ def _body(kind: ElementKind) -> Iterator[Block]:
 
 def _meaning(kind: ElementKind, variable: str) -> str:
     if variable != "power":
-        return _READ[variable]
+        return VARIABLES_OF_ELEMENTS[variable]
     return "power out of it" if kind.family is Family.SOURCE else "power into it"
 
 
