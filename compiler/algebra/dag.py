@@ -43,6 +43,7 @@ class Kind(IntEnum):
     START = 10  # an unknown of the start, which the runtime solves for once
     SPEED = 11  # of `SpeedEquations`: an independent flow of merged inertias
     SELECTOR = 12  # of a closing row, 0 or 1: see `Closures`; counts on from the parameters
+    OWN = 13  # an element's own variable while its linear law is read: see `Laws.linear_law`
 
 
 # Operations as plain ints: comparing with a member of an enumeration takes several times longer.

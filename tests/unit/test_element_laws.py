@@ -92,6 +92,19 @@ def test_each_equation_of_a_wide_gyrator(body):
     assert evaluate_nodes(graph.dag, entries, values) == pytest.approx([1, 2, 3, 5])
 
 
+@pytest.mark.parametrize("bonds", ["m -> a; g -> m; m -> r;", "g -> m; m -> r; m -> a;"])
+@pytest.mark.parametrize("kind, body", [("MGY", "e1 = m.f*f2;"), ("MTF", "f1 = m.f*f2;")])
+def test_a_modulus_may_read_the_flow_of_its_junction_in_any_order_of_bonds(bonds, kind, body):
+    text = f"""
+      model M {{ s : Se(e = 1); g : {kind} {{ {body} }} m : J1; r : R(1); a : I(1); s -> g;
+      {bonds} }}
+    """
+    graph = flat(text)
+    (entry,) = element(graph, "g").matrix[0]
+    reads = {graph.dag.symbol_of(n) for n in graph.dag.reachable([entry])}
+    assert {Kind.FLOW} == {symbol.kind for symbol in reads if symbol}
+
+
 def test_matrices_of_efforts_are_transposed():
     text = """
       model M {{ s : Se[2](e = 1); t : TF {{ {} }} r : R(1); s -> t -> r; }}

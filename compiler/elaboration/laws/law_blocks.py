@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from bgc.algebra.dag import Kind
+from bgc.algebra.linear import linear_coefficients
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import names, with_article
 from bgc.diagnostics.diagnostic import BgError
@@ -102,17 +104,40 @@ class Laws:
         # In the law of `MTF[1, 2]` a side of width 1 is a vector too, `f1[1]`.
         return replace(value, shape=(1,)) if len(element.dims) == 2 and value.is_scalar else value
 
+    def linear_law(
+        self,
+        element: Element,
+        law: Sequence[syntax.LawEquation],
+        right: Mapping[str, str],
+        have: Sequence[str],
+    ) -> tuple[str, Matrix]:
+        """The left side of equations that are linear in their right variable, and their matrix.
+
+        That variable has symbols of its own here, since its node may also be that of a flow of the
+        whole junction, which the coefficients may read.
+        """
+        dag, left = self.world.dag, left_name(law[0])
+        own = self.variable(element, right[left]) if left in right else None
+        symbols = [dag.symbol(Kind.OWN, k) for k, _ in enumerate(own.nodes if own else ())]
+        apart = replace(own, nodes=tuple(symbols)) if own else None
+        _, nodes = self.equations(element, law, right, have, apart)
+        matrix = linear_coefficients(dag, nodes, symbols)
+        if matrix is None:
+            raise BgError([law_messages.law_not_linear(law[0].span, element.path, right[left])])
+        return left, matrix
+
     def equations(
         self,
         element: Element,
         law: Sequence[syntax.LawEquation],
         right: Mapping[str, str],
         have: Sequence[str],
+        apart: Value | None = None,
     ) -> tuple[str, tuple[Node, ...]]:
         """The common left side of these equations, and one node for each of its components.
 
-        `right` maps each permitted left side to the variable of its right side; `have` lists the
-        permitted equations for messages.
+        `right` maps each permitted left side to the variable of its right side, whose value is
+        `apart` if that is given; `have` lists the permitted equations for messages.
         """
         left = left_name(law[0])
         for equation in law:
@@ -128,7 +153,9 @@ class Laws:
         width = len(own.nodes)
         found: dict[int, Node] = {}
         for equation in law:
-            for at, component in self._components(element, equation, left, right[left], width):
+            for at, component in self._components(
+                element, equation, left, right[left], width, apart
+            ):
                 if at in found:
                     raise BgError(
                         [
@@ -153,9 +180,10 @@ class Laws:
         left: str,
         right: str,
         width: int,
+        apart: Value | None,
     ) -> list[tuple[int, Value]]:
         """The components (from 0) that one equation defines, with their values."""
-        value = self.right_side(element, equation, left, (right,))
+        value = self.right_side(element, equation, left, (right,), apart)
         span = equation.right.span
         if isinstance(equation.left, syntax.Name):
             nodes = self.vector(value, width, span, f"`{left}`", spread=False)
@@ -179,8 +207,12 @@ class Laws:
         equation: syntax.LawEquation,
         left: str,
         allowed: Sequence[str],
+        apart: Value | None = None,
     ) -> Value:
-        """The value of a law's right side; BgError for a variable that is not `allowed`."""
+        """The value of a law's right side; BgError for a variable that is not `allowed`.
+
+        `apart`, if given, is the value of the allowed variables.
+        """
         two_port = len(allowed[0]) == 2
         own = ("e1", "f1", "e2", "f2") if two_port else ("e", "f", "p", "q")
         # Paths (`body.p`) are not checked here, although they may lead to the same bond.
@@ -199,7 +231,7 @@ class Laws:
                         )
                     ]
                 )
-        extra = {name: self.variable(element, name) for name in allowed}
+        extra = {name: apart or self.variable(element, name) for name in allowed}
         return self.world.evaluate(equation.right, element.env, extra)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from bgc.algebra.linalg import SingularMatrixError, inverse
-from bgc.algebra.linear import linear_coefficients
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
@@ -75,11 +74,7 @@ def read_gyrators(laws: Laws, checks: LawChecks, element: Element) -> list[Gyrat
 def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
     """Read an MGY with bonds on one side only: `e = S f` with skew S (eq. 13)."""
     assert element.law, "wiring refuses a one-sided gyrator without a law"
-    _, nodes = laws.equations(element, element.law, {"e": "f"}, ["e = .."])
-    symbols = laws.variable(element, "f").nodes
-    matrix = linear_coefficients(laws.world.dag, nodes, symbols)
-    if matrix is None:
-        raise BgError([law_messages.law_not_linear(element.law[0].span, element.path, "f")])
+    _, matrix = laws.linear_law(element, element.law, {"e": "f"}, ["e = .."])
     _require_modulated(laws, element, matrix)
     defect = checks.skew_defect(matrix)
     if defect is not None:
@@ -121,12 +116,7 @@ def _read_equations(
         groups.setdefault(left_name(equation), []).append(equation)
     found = []
     for left, equations in groups.items():
-        _, nodes = laws.equations(element, equations, table, have)
-        symbols = laws.variable(element, table[left]).nodes
-        matrix = linear_coefficients(laws.world.dag, nodes, symbols)
-        if matrix is None:
-            at = equations[0].span
-            raise BgError([law_messages.law_not_linear(at, element.path, table[left])])
+        _, matrix = laws.linear_law(element, equations, table, have)
         _require_modulated(laws, element, matrix)
         found.append((left, matrix))
     if len(found) > 2:
