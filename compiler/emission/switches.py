@@ -30,6 +30,7 @@ from bgc.ir.program import LoopSolution, Program
 
 _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
 _PASSING = frozenset(map(int, (Op.NOT, Op.MUL, Op.NEG, Op.DIV)))
+_MOST_KINKS = 4  # in the argument of a switch, up to which it is looked at on each piece
 _ROOTS = frozenset(map(int, (Op.SQRT, Op.CBRT, Op.POW, Op.LOG, Op.LOG10)))
 
 
@@ -162,6 +163,8 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
     roots = [*nodes_of(bare), *(state.derivative for state in program.states)]
     new: dict[Node, Node] = {}
     arguments: dict[Node, Node] = {}
+    fingerprints = Fingerprints(dag)
+    kinks: dict[Node, Node] = {}
     for node in dag.reachable(roots):
         operands = tuple(new[x] for x in dag.operands(node))
         made = node if operands == dag.operands(node) else dag.rebuild(node, operands)
@@ -170,10 +173,41 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
             mode = dag.symbol(Kind.INPUT, program.inputs + number[node])
             pieces = ROWS[dag.op[node]].pieces
             assert pieces is not None
-            arguments[node], result = pieces(dag, mode, *operands)
-            new[node] = dag.select(dag.call(Op.EQ, mode, mode), result, made)
+            argument, result = pieces(dag, mode, *operands)
+            new[node] = _in_mode(dag, mode, result, made)
+            arguments[node] = _zero_on_pieces(dag, fingerprints, argument, kinks)
+            if ROWS[dag.op[node]].kink:
+                kinks[mode] = _in_mode(dag, mode, mode, dag.call(Op.LE, dag.zero, argument))
     states = (replace(state, derivative=new[state.derivative]) for state in program.states)
     return replace(map_nodes(bare, dag, new.__getitem__), states=tuple(states)), arguments
+
+
+def _in_mode(dag: Dag, mode: Node, held: Node, released: Node) -> Node:
+    """One node while a mode is held, and another while the operation itself is evaluated."""
+    return dag.select(dag.call(Op.EQ, mode, mode), held, released)
+
+
+def _zero_on_pieces(
+    dag: Dag, fingerprints: Fingerprints, argument: Node, kinks: Mapping[Node, Node]
+) -> Node:
+    """An argument, as a literal 0 on the pieces of kinks on which it is 0 identically.
+
+    `0.1*abs(v) + 0.2*abs(v) > 0.3*v` compares equal values where v > 0; rounding would decide.
+    `kinks` maps the mode of each kink to whether it is on its first piece, held or released.
+    """
+    modes = [node for node in dag.reachable([argument]) if node in kinks] if kinks else []
+    if len(modes) > _MOST_KINKS:
+        return argument
+    for mode in modes:
+        first, second = (
+            dag.zero
+            if fingerprints.is_zero(*dag.substitute([argument], {mode: piece}))
+            else argument
+            for piece in (dag.one, dag.zero)
+        )
+        if first != second:
+            argument = dag.select(kinks[mode], first, second)
+    return argument
 
 
 # --- jumps --------------------------------------------------------------------------------------

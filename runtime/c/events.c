@@ -184,6 +184,21 @@ static double effect_of_kinks(const bgc_model *m, bgc_data *d, double t) {
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
+/* Evaluates the arguments z at the samples from i on, at times t, on the new pieces of kinks that have been
+ * released. An argument that contains such a kink, as abs(v) > v does, may have been constant on the old
+ * piece: no switch is far from its edge any more, and none rests where others leave their modes with it. */
+static void look_again(const bgc_model *m, bgc_data *d, int i, const double *t, const double *const *z) {
+    for (int k = 0; k < m->n_switch; k++) {
+        d->ignored[k] = d->ignored[k] == bgc_marked_far ? 0.0 : d->ignored[k];
+    }
+    for (int j = i; j <= BGC_SAMPLES; j++) {
+        evaluate_sample(m, d, j, t[j]);
+        if (any_left(m, d, z[j])) {
+            memset(d->rest, 0, (size_t)m->n_switch * sizeof *d->rest);
+        }
+    }
+}
+
 /* Where kinks have left their modes at time `at`, with arguments `left`, ignores them in this step if f
  * on their new pieces differs too little to matter until its end: the rounding of a body at rest is no
  * reason to end a step. They are released, so that the arguments z of other switches at the samples from
@@ -224,9 +239,7 @@ static void ignore_negligible(const bgc_model *m, bgc_data *d, const double *lef
     if (!matter) {
         hold_watched(m, d);
         release_in_step(m, d);
-        for (int j = i; j <= BGC_SAMPLES; j++) {
-            evaluate_sample(m, d, j, t[j]);
-        }
+        look_again(m, d, i, t, z);
     }
 }
 

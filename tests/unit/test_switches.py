@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -272,3 +273,50 @@ def test_orifices_are_crossed_however_they_are_written(law, back, tmp_path):
     exact = solve_ivp(slope, (0, 6), [0.0], t_eval=result.time, rtol=1e-9, atol=1e-10)
     assert np.abs(result["e"] - exact.y[0]).max() < 2e-3
     assert result.counts["steps"] < 1000 and result.counts["events"] == 0
+
+
+def rectified(rng: random.Random, depth: int) -> str:
+    """An expression that is positive where v is, and else zero."""
+    if depth == 0:
+        return rng.choice(
+            ["max(v, 0)", "(abs(v) + v)", "(if v > 0 then v else 0)", "(v - min(v, -v))"]
+        )
+    inner = rectified(rng, depth - 1)
+    return rng.choice(
+        [
+            f"max({inner}, 0)",
+            f"(0.1*{inner} + 0.2*{inner})",
+            f"sin({inner}/9)*w",
+            f"({inner})^2",
+            "(0.3*w*abs(v) + (0.1*v + 0.2*v)*w)",
+            f"({inner} + {rectified(rng, depth - 1)})",
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_condition_that_compares_equal_values_on_one_side_is_met_on_time(seed, tmp_path):
+    """The argument of such a switch is zero until another kink has changed: `if abs(v) > v`."""
+    rng = random.Random(seed)
+    r = rectified(rng, rng.randint(0, 3))
+    condition = rng.choice(
+        ["{} > 0", "sign({}) > 0", "not {} <= 0", "v < v + {}", "ceil({}/99) > 0"]
+    )
+    branches = rng.choice(["then 5 else 2", "then 3*v*w else -v"])
+    text = (
+        "model M {{ state v = -0.7; state y = 0; state w = 2; der(w) = -0.2*w;"
+        "der(v) = 1.9*cos(1.7*time + 0.3) + 0.1*sin(v); der(y) = if {} {}; }}"
+        "scene s of M {{ observe y; run 6 every 0.25; }}"
+    )
+    results = []
+    for name, met in (("plain", "v > 0"), ("other", condition.format(r))):
+        path = tmp_path / f"{name}.bg"
+        path.write_text(text.format(met, branches))
+        model = bgc.compile(path, preview=True)
+        runs = [
+            {"rtol": 1e-10},
+            {"rtol": 1e-8, "solver": "dopri5"},
+            {"solver": "rk4", "step": 0.01},
+        ]
+        results.append(np.array([model.simulate(**options)["y"] for options in runs]))
+    np.testing.assert_allclose(results[1], results[0], rtol=0, atol=1e-6, err_msg=r)
