@@ -1,8 +1,9 @@
-"""A campaign of many cases, in portions that are kept: mutated files, ill-posed models, programs.
+"""A campaign of many cases, in portions that are kept: mutated files, random programs, the library.
 
     python tests/campaigns/campaign.py mutants --count 100000 --results mutants.jsonl
     python tests/campaigns/campaign.py ill-posed --count 680
     python tests/campaigns/campaign.py programs --first 200000 --count 1000 --results programs.jsonl
+    python tests/campaigns/campaign.py variants --of gantry/gantry --results variants.jsonl
 
 The number of a random program is its seed in `../generated`. `--unjudged` runs those that have no
 verdict yet, and `--record` enters in their list what the results hold.
@@ -26,12 +27,19 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ[_name] = "1"  # idle threads reserve memory
 
 import ill_posed  # noqa: E402
+import library_fuzz  # noqa: E402
+import linkages  # noqa: E402
 import mutants  # noqa: E402
 import random_programs  # noqa: E402
+import variants  # noqa: E402
 import workers  # noqa: E402
 from workers import keep_portion, kept_portions, run_portion, summary  # noqa: E402
 
-KINDS = {"mutants": mutants, "ill-posed": ill_posed, "programs": random_programs}
+KINDS = {
+    "mutants": mutants, "ill-posed": ill_posed, "programs": random_programs,
+    "library": library_fuzz, "variants": variants, "linkages": linkages,
+}  # fmt: skip
+LIMITS = ("CPU_SECONDS", "WALL_SECONDS", "MEMORY")  # of a case, where a kind has its own
 
 
 def main() -> int:
@@ -39,7 +47,8 @@ def main() -> int:
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--count", type=int, default=1_000)
+    parser.add_argument("--count", type=int, help="1,000; of library and variants all")
+    parser.add_argument("--of", metavar="NAME", help="one part of the library, one scene")
     parser.add_argument("--results", type=Path, help="file of finished portions, to go on with")
     parser.add_argument("--show", type=int, metavar="N", help="write one case and its verdict")
     parser.add_argument("--summary", action="store_true", help="print the results so far")
@@ -47,8 +56,19 @@ def main() -> int:
     parser.add_argument("--unjudged", action="store_true", help="programs without a verdict")
     parser.add_argument("--record", action="store_true", help="list programs without a verdict")
     arguments = parser.parse_args()
-    usual = getattr(KINDS[arguments.kind], "CPU_SECONDS", workers.CPU_SECONDS)
-    workers.CPU_SECONDS = arguments.seconds or usual
+    kind = KINDS[arguments.kind]
+    for limit in LIMITS:
+        setattr(workers, limit, getattr(kind, limit, getattr(workers, limit)))
+    workers.CPU_SECONDS = arguments.seconds or workers.CPU_SECONDS
+    if hasattr(kind, "groups"):
+        names = list(kind.groups())
+        if arguments.of is None:
+            arguments.count = arguments.count or kind.SIZE * len(names)
+        elif arguments.of in names:
+            arguments.first += kind.SIZE * names.index(arguments.of)
+            arguments.count = arguments.count or kind.SIZE
+        else:
+            parser.error(f"--of is one of {', '.join(names)}")
     if arguments.record:
         random_programs.record(kept_portions(arguments.results).values())
         return 0
@@ -97,7 +117,7 @@ def _portions(arguments: argparse.Namespace) -> Iterator[tuple[int, int]]:
     if arguments.unjudged:
         yield from ((number, 1) for number in random_programs.unjudged())
         return
-    size, end = KINDS[arguments.kind].PORTION, arguments.first + arguments.count
+    size, end = KINDS[arguments.kind].PORTION, arguments.first + (arguments.count or 1_000)
     for first in range(arguments.first, end, size):
         yield first, min(size, end - first)
 

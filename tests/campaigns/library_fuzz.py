@@ -4,37 +4,34 @@ Every part runs in the small scene that `physics/library_parts.py` builds from i
 parameter at a time takes the ends of its range, zero, minus its default, and 1e-9 and 1e9 times
 its default. A run has to end with finite results and closed accounts, or be refused with a code; a
 value that is refused before the run has to be refused by the name of its parameter.
-
-    python tests/campaigns/library_fuzz.py [PART ..]
 """
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import select
-import signal
 import sys
-import tempfile
-from collections import Counter
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "physics"))
 
+from judging import Verdict
 from library_parts import harness, parts
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
 
-COMPILE_SECONDS = 300
-RUN_SECONDS = 10  # of silence: such a run is slow
+PORTION = SIZE = 200  # numbers of the cases of a part, which has fewer
+CPU_SECONDS = 60.0  # with the compilation of a part
+MEMORY = 4_000_000_000  # bytes
 DURATION = 0.1
 RESIDUAL = 1e-4  # of the energy that was exchanged
+
+groups = parts
+"""The parts, each of which has the numbers of `SIZE` cases."""
 
 
 def values(parameter) -> tuple[float, ...]:
@@ -56,6 +53,39 @@ def cases(model: Model) -> tuple[tuple[str, float], ...]:
             components.setdefault(parameter.name.split("[")[0], []).append(parameter)
     tried = [p for found in components.values() for p in dict.fromkeys((found[0], found[-1]))]
     return tuple((p.name, value) for p in tried for value in values(p))
+
+
+@cache
+def _compiled(part: str, folder: Path) -> Model | str:
+    """The model around a part, or why there is none."""
+    file = folder / f"{part}.bg"
+    file.write_text(harness(part))
+    try:
+        return bgc.compile(file)
+    except BgError as error:
+        return str(error)
+
+
+def text_of(seed: int, number: int) -> tuple[str, bytes]:
+    """The scene around the part of a number."""
+    del seed
+    part = parts()[number // SIZE]
+    return part, harness(part).encode()
+
+
+def judge(seed: int, number: int, folder: Path) -> list[Verdict]:
+    """The outcome of one value; one fault where the part does not compile."""
+    del seed
+    part, nth = parts()[number // SIZE], number % SIZE
+    model = _compiled(part, folder)
+    if isinstance(model, str):
+        return [] if nth else [Verdict("unjust", (), f"{part}\n{model}")]
+    tried = cases(model)
+    if nth >= len(tried):
+        return []
+    name, value = tried[nth]
+    outcome, said = verdict(model, name, value)
+    return [Verdict(outcome, (), f"{part} {name} = {value:g}\n{said}")]
 
 
 def verdict(model: Model, name: str, value: float) -> tuple[str, str]:
@@ -83,93 +113,3 @@ def verdict(model: Model, name: str, value: float) -> tuple[str, str]:
             f" {w.code}" for w in result.warnings
         )
     return "ran", ""
-
-
-def _work(part: str, first: int, out) -> None:
-    """Write one line for each case of a part, from number `first` on."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{part}.bg"
-        file.write_text(harness(part))
-        try:
-            model = bgc.compile(file)
-        except BgError as error:
-            print(json.dumps(("compile", 0.0, "uncompiled", str(error))), file=out, flush=True)
-            return
-        print(json.dumps(("compile", 0.0, "compiled", "")), file=out, flush=True)
-        for name, value in cases(model)[first:]:
-            print(json.dumps((name, value)), file=out, flush=True)
-            print(json.dumps((name, value, *verdict(model, name, value))), file=out, flush=True)
-
-
-def _lines(pipe: int) -> Iterator[str | None]:
-    """Lines of a child as they come; None where it is silent for longer than it may be."""
-    text, limit = b"", COMPILE_SECONDS
-    while True:
-        if not select.select([pipe], [], [], limit)[0]:
-            yield None
-            return
-        more = os.read(pipe, 1 << 16)
-        if not more:
-            return
-        *whole, text = (text + more).split(b"\n")
-        limit = RUN_SECONDS
-        for line in whole:
-            yield line.decode()
-
-
-def judged(part: str) -> Iterator[tuple[str, float, str, str]]:
-    """All cases of a part; one that ends its process or is slow is followed by a new process."""
-    done = 0
-    while True:
-        reading, writing = os.pipe()
-        child = os.fork()
-        if child == 0:
-            os.close(reading)
-            try:
-                _work(part, done, os.fdopen(writing, "w"))
-            finally:
-                os._exit(0)
-        os.close(writing)
-        current: list = ["compile", 0.0]
-        ending = "died"
-        for line in _lines(reading):
-            if line is None:
-                os.kill(child, signal.SIGKILL)
-                ending = "slow"
-                break
-            row = json.loads(line)
-            if row[0] == "compile":
-                current = []
-                if row[2] != "compiled":
-                    yield tuple(row)
-            elif len(row) == 2:
-                current = row
-            else:
-                current, done = [], done + 1
-                yield tuple(row)
-        os.waitpid(child, 0)
-        os.close(reading)
-        if not current:
-            return
-        yield (*current, ending, "")
-        if current[0] == "compile":
-            return
-        done += 1
-
-
-def main(names: list[str]) -> None:
-    total: Counter[str] = Counter()
-    for part in names or parts():
-        found = Counter()
-        for name, value, outcome, said in judged(part):
-            found[outcome] += 1
-            if outcome not in ("ran", "refused"):
-                said = " ".join(said.split())
-                print(f"  {outcome}: {part} {name} = {value:g}: {said[:400]}", flush=True)
-        print(part, dict(found), flush=True)
-        total += found
-    print("total", dict(total))
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

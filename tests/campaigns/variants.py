@@ -4,45 +4,38 @@ A change fills one slot with another model of the library (`use vessel = Quay;`)
 parameter by 0.7 or 1.3 (`set crane.boom.length = 13 m;`). The changed scene has to start at rest,
 run for 0.1 s with finite results and a closed account, or be refused with a code.
 
-    python tests/campaigns/variants.py --results variants.jsonl [--scene NAME] [--kind use|set]
-    python tests/campaigns/variants.py --show "excavator: use machine.lift"
-
 All that a case is judged by is computed anew from the start: the rates there, in the scales of the
 states, and how far the recorded values move within 20 ms where nothing depends on the time.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
 import re
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ[_name] = "1"  # idle threads reserve memory
+import numpy as np
+from judging import Verdict
 
-import numpy as np  # noqa: E402
-import workers  # noqa: E402
-from judging import Verdict  # noqa: E402
-
-import bgc  # noqa: E402
-import bgc.library  # noqa: E402
-from bgc.diagnostics.diagnostic import BgError  # noqa: E402
-from bgc.driver import compile_scene  # noqa: E402
-from bgc.elaboration.scenes.variants import variants_of  # noqa: E402
-from bgc.grammar.parse import parse, read_source  # noqa: E402
-from bgc.grammar.syntax import Model, Scene, Start  # noqa: E402
-from bgc.options import Options  # noqa: E402
-from bgc.runtime.running.structures import Status  # noqa: E402
+import bgc
+import bgc.library
+from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.elaboration.scenes.variants import variants_of
+from bgc.grammar.parse import parse, read_source
+from bgc.grammar.syntax import Model, Scene, Start
+from bgc.options import Options
+from bgc.runtime.running.structures import Status
 
 LIBRARY = Path(bgc.library.__path__[0])
 PORTION = 10
-SECONDS = 180.0  # of processor time for one case, most of it the C compiler
+SIZE = 1000  # numbers of the cases of a scene, which has fewer
+CPU_SECONDS = 180.0  # for one case, most of it the C compiler
+WALL_SECONDS = 1_800.0
+MEMORY = 4_000_000_000  # bytes
 FACTORS = (0.7, 1.3)
 RATE = 1e-5  # of a state's scale in a second; stiff locks round 1e11 N m/rad to 1e-6
 SHORT, LONG = 0.02, 0.1  # s
@@ -66,16 +59,31 @@ class Case:
         return f"{self.file.stem}/{self.scene}: {self.kind} {self.name} = {self.value};"
 
 
-def cases(folder: Path, kinds: tuple[str, ...], only: str | None) -> list[Case]:
-    """All cases of the kinds, scene by scene, in the order of the scenes' files."""
-    found: list[Case] = []
-    for file, scene in _scenes(folder):
-        if only in (None, scene, file.stem):
-            if "use" in kinds:
-                found += _uses(file, scene)
-            if "set" in kinds:
-                found += _sets(file, scene)
-    return found
+def groups() -> list[str]:
+    """The scenes, each of which has the numbers of `SIZE` cases."""
+    return [f"{file.stem}/{scene}" for file, scene in _scenes(LIBRARY)]
+
+
+def text_of(seed: int, number: int) -> tuple[str, bytes]:
+    """The scene and the change of a number."""
+    del seed
+    with tempfile.TemporaryDirectory(prefix="bgc-variants-") as folder:
+        case = _case(Path(folder), number)
+    return groups()[number // SIZE], f"{case.text if case else 'none'}\n".encode()
+
+
+def _case(folder: Path, number: int) -> Case | None:
+    if not (folder / "scenes").exists():
+        opened(folder)
+    found = cases(folder, number // SIZE)
+    return found[number % SIZE] if number % SIZE < len(found) else None
+
+
+@cache
+def cases(folder: Path, number: int) -> list[Case]:
+    """The cases of a scene of the folder, by its number."""
+    file, scene = list(_scenes(folder))[number]
+    return [*_uses(file, scene), *_sets(file, scene)]
 
 
 def opened(folder: Path) -> None:
@@ -145,9 +153,12 @@ def _model(file: Path, scene: str) -> bgc.Model:
 # --- the judgement of one case ------------------------------------------------------------
 
 
-def judge(all_cases: list[Case], number: int, folder: Path) -> list[Verdict]:
+def judge(seed: int, number: int, folder: Path) -> list[Verdict]:
     """The outcome of one case: at rest, refused or ended with a code, or a fault."""
-    case = all_cases[number]
+    del seed
+    case = _case(folder, number)
+    if case is None:
+        return []
     try:
         return [_judged(case)]
     except BgError as error:
@@ -220,48 +231,3 @@ def _fault(case: Case, outcome: str, detail: str) -> Verdict:
     return Verdict(
         "silent" if outcome != "not finite" else outcome, (), f"{case.text}\n{outcome}: {detail}"
     )
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scene", help="one scene, or all of one file")
-    parser.add_argument("--kind", choices=("use", "set"), help="by default both")
-    parser.add_argument("--results", type=Path, help="file of finished portions, to go on with")
-    parser.add_argument("--show", metavar="TEXT", help="judge only the cases that contain a text")
-    arguments = parser.parse_args()
-    workers.CPU_SECONDS, workers.WALL_SECONDS, workers.MEMORY = SECONDS, 1_800, 4_000_000_000
-    with tempfile.TemporaryDirectory(prefix="bgc-variants-") as name:
-        folder = Path(name)
-        opened(folder)
-        kinds = (arguments.kind,) if arguments.kind else ("use", "set")
-        found = cases(folder, kinds, arguments.scene)
-        if arguments.show:
-            return _show([case for case in found if arguments.show in case.text], folder)
-        return _run(found, arguments.results, folder)
-
-
-def _show(found: list[Case], folder: Path) -> int:
-    for number, case in enumerate(found):
-        for verdict in judge(found, number, folder):
-            print(f"{verdict.outcome}: {verdict.detail or case.text}", flush=True)
-    return 0
-
-
-def _run(found: list[Case], results: Path | None, folder: Path) -> int:
-    print(f"{len(found):,} cases", flush=True)
-    kept = workers.kept_portions(results) if results else {}
-    for first in range(0, len(found), PORTION):
-        if first in kept:
-            continue
-        size = min(PORTION, len(found) - first)
-        portion = kept[first] = workers.run_portion(first, size, partial(judge, found), folder)
-        if results:
-            workers.keep_portion(results, portion)
-        for number, outcome, detail in portion.faults:
-            print(f"{outcome}: {detail if detail else found[number].text}", flush=True)
-    print(workers.summary(list(kept.values())))
-    return 1 if any(portion.faults for portion in kept.values()) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,7 @@
 """Every small part of the library between neighbours that its ports ask for.
 
 Whatever a part is bonded to, it has to compile without warnings, run, give finite results and keep
-its energy account. The campaign `campaigns/library_fuzz.py` runs the same scenes of all parts, one
+its energy account. The campaign `library` runs the same scenes of all parts, one
 by one, with parameters at and beyond the ends of their ranges.
 """
 

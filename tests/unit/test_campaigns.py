@@ -115,7 +115,9 @@ scene falling of Hanging { observe spring.q as stretch; run 1 s; }
 def test_a_changed_scene_that_moves_is_a_fault(tmp_path):
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "springs.bg").write_text(SPRINGS)
-    found = variants.cases(tmp_path, ("set",), None)
-    assert {case.name for case in found} == {"pull"} and len(found) == 4
-    outcomes = [variants.judge(found, k, tmp_path)[0].outcome for k in range(4)]
+    found = [case for number in range(2) for case in variants.cases(tmp_path, number)]
+    assert {(case.kind, case.name) for case in found} == {("set", "pull")} and len(found) == 4
+    numbers = (0, 1, variants.SIZE, variants.SIZE + 1)
+    outcomes = [variants.judge(1, k, tmp_path)[0].outcome for k in numbers]
     assert outcomes == ["at rest", "at rest", "silent", "silent"]
+    assert variants.judge(1, 2, tmp_path) == []
