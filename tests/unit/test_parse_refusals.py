@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import random
-import re
 from pathlib import Path
 
 import pytest
-from parsed import EVERYTHING, read, wrong
+from parsed import read, wrong
 
 from bgc.diagnostics.collection import MAX_ERRORS
-from bgc.diagnostics.render import render
-from bgc.diagnostics.source import Source, Span
+from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 from bgc.grammar.language_words import BLOCK_OF, FORMS_IN, RESERVED, WORDS
-from bgc.grammar.parse import parse, parse_with_tokens
+from bgc.grammar.parse import parse
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,60 +20,12 @@ def wrong_in_model(body: str) -> list[tuple[str, str]]:
     return wrong(f"model M {{ {body} }}")
 
 
-@pytest.mark.parametrize(
-    ("text", "underlined", "spelling"),
-    [
-        ("5V", "5V", "`5 V`"),
-        ("2x", "2x", "`2*x`"),
-        ("1.", "1.", "`1`"),
-        ("1.x", "1.", "`1.0`"),
-        ("1.2.3", "1.2.", ""),
-        ("3 kN.m", "3 kN.m", "`3 kN*m`"),
-        ("10 /s", "10 /s", "`10 s^-1`"),
-        ("2 kg *m", "2 kg *m", "`2 kg*m`"),
-        ("3  m", "3  m", "`3 m`"),
-        ("3 kg m", "3 kg m", "`3 kg*m`"),
-    ],
-)
-def test_misspelt_number_prints_the_right_spelling(
-    text: str, underlined: str, spelling: str
-) -> None:
-    _, found = parse(Source("test.bg", f"model M {{ let y = {text}; }}"))
-    assert [d.code for d in found] == ["BG106"]
-    assert found[0].span is not None
-    assert found[0].span.text == underlined
-    assert spelling in found[0].help
-
-
 @pytest.mark.parametrize("word", sorted(RESERVED))
 def test_reserved_word_is_no_name(word: str) -> None:
     assert wrong_in_model(f"param {word};") == [("BG112", word)]
     assert wrong_in_model(f"a -> {word};") == [("BG112", word)]
     if word != "time":  # which may be a column of data
         assert wrong_in_model(f"let y = a.{word};") == [("BG112", word)]
-
-
-@pytest.mark.parametrize(
-    ("body", "expected"),
-    [
-        ('assert a > 1, "far;', [("BG111", '"far; }')]),
-        ("s : A = B { e = f; }", [("BG124", "{ e = f; }")]),
-    ],
-)
-def test_wrong_item(body: str, expected: list[tuple[str, str]]) -> None:
-    assert wrong_in_model(body) == expected
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("model A { param k = 1;", [("BG105", "")]),
-        ("model", [("BG101", "")]),
-        ("\0", [("BG107", "\0")]),
-    ],
-)
-def test_ends_of_files_and_null(text: str, expected: list[tuple[str, str]]) -> None:
-    assert wrong(text) == expected
 
 
 def test_one_run_reports_many_errors() -> None:
@@ -142,69 +91,6 @@ def test_absurd_text_gets_a_diagnostic(text: str) -> None:
 )
 def test_unusual_text_is_read(text: str) -> None:
     read(text)
-
-
-def mutated(text: str, rng: random.Random) -> str:
-    """A part of a text with a few of its characters removed, doubled, moved or replaced."""
-    start = rng.randrange(len(text))
-    text = text[start : start + 2000] if rng.random() < 0.3 else text
-    odd = [
-        *"{}()[];:,.=<'\"^@\0\\\r\t",
-        "->",
-        "..",
-        "/*",
-        "*/",
-        "///",
-        "\ufeff",
-        "5V",
-        "1.",
-        "10 /s",
-    ]
-    odd += [*sorted(RESERVED), "é", "1e999", "\ud800"]
-    for _ in range(rng.choice([1, 1, 2, 5])):
-        at = rng.randrange(len(text) + 1)
-        end = min(len(text), at + rng.choice([0, 1, 2, 30]))
-        change = rng.choice(["insert", "remove", "double", "reverse"])
-        if change == "insert":
-            text = text[:at] + rng.choice(odd) + text[end:]
-        elif change == "remove":
-            text = text[:at] + text[end:]
-        elif change == "double":
-            text = text[:end] + text[at:]
-        else:
-            text = text[:at] + text[at:end][::-1] + text[end:]
-    return text
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(200))
-def test_mutated_text_never_breaks_the_parser(seed: int) -> None:
-    rng = random.Random(seed)
-    text = mutated(EVERYTHING, rng)
-    source = Source("test.bg", text)
-    _, found = parse(source)
-    assert len(found) <= MAX_ERRORS + 1
-    assert render(found, colour=True) or not found
-    for diagnostic in found:
-        assert isinstance(diagnostic.span, Span)
-        assert 0 <= diagnostic.span.start <= diagnostic.span.end <= len(text)
-        own_words = re.sub(r"`[^`]*`|U\+\w+", "", diagnostic.message)
-        assert not re.search(r"[A-Z]{2}|__|\$", own_words), diagnostic.message
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100))
-def test_mixed_up_tokens_never_break_the_parser(seed: int) -> None:
-    rng = random.Random(seed)
-    _, tokens, _ = parse_with_tokens(Source("test.bg", EVERYTHING))
-    words = [str(token) for token in tokens]
-    start = rng.randrange(len(words))
-    mixed = words[start : start + rng.choice([30, 300])]
-    for _ in range(rng.choice([1, 2, 4])):
-        mixed[rng.randrange(len(mixed))] = rng.choice(words)
-        mixed.insert(rng.randrange(len(mixed)), rng.choice(words))
-    text = "model A { " + " ".join(mixed)
-    assert wrong(text)
 
 
 def test_every_kind_of_block_has_a_form_for_messages():

@@ -1,4 +1,7 @@
-"""Laws that no passive part could have are warned of, with numbers that numpy finds too."""
+"""Passive laws pass, and the eigenvalues of fields are those of numpy.
+
+The warnings of scalar laws stand in `wrong/laws_that_supply_power.txt`.
+"""
 
 import re
 from pathlib import Path
@@ -16,10 +19,10 @@ ROOT = Path(__file__).parents[2]
 MODELS = ROOT / "tests" / "models"
 
 
-def warnings_of(element: str, width: int = 1, more: str = "") -> tuple[Diagnostic, ...]:
+def warnings_of(element: str, width: int = 1) -> tuple[Diagnostic, ...]:
     """The warnings about one element on a junction."""
     text = (
-        f"model M {{ {more} node : J1; load : Se[{width}](e = zeros({width})); x : {element}"
+        f"model M {{ node : J1; load : Se[{width}](e = zeros({width})); x : {element}"
         " load -> node -> x; } scene s of M { observe x.e; run 1 s; }"
     )
     found = check_physics(elaborate(load_text(text, "odd.bg")))
@@ -30,19 +33,12 @@ def warnings_of(element: str, width: int = 1, more: str = "") -> tuple[Diagnosti
 @pytest.mark.parametrize(
     ("element", "message"),
     [
-        ("R(-3);", "the resistance of `x` is negative: -3"),
-        ("R(conductance = -0.5);", "the conductance of `x` is negative: -0.5"),
-        ("R { e = -2*f; }", "the resistance of `x` is negative: -2"),
         ("I(-2);", "the inertia of `x` is negative: -2"),
         ("C(-1e-6);", "the compliance of `x` is negative: -1e-06"),
-        ("C(stiffness = -4);", "the stiffness of `x` is negative: -4"),
-        ("C(stiffness = k);", "the stiffness of `x` is negative at the parameters' values: -7"),
-        ("MR(1 + state_of);", "the resistance of `x` is negative at the start: -2"),
     ],
 )
-def test_a_negative_number_is_named(element, message):
-    more = "param k = -7; state state_of = -3; der(state_of) = 0;"
-    (found,) = warnings_of(element, more=more)
+def test_what_the_equations_refuse_is_named(element, message):
+    (found,) = warnings_of(element)
     assert (found.code, found.message) == ("BG460", message)
 
 
@@ -72,36 +68,6 @@ def test_powers_that_overflow_to_both_sides_decide_nothing():
     assert warnings_of(law, width=2) == ()
 
 
-@pytest.mark.parametrize(
-    ("element", "message"),
-    [
-        ("R { e = 3*f^2; }", "at f = -1 its law gives e = 3, that is 3 W"),
-        ("R { e = 2 + f; }", "at f = -1 its law gives e = 1, that is 1 W"),
-        ("R { e = f*(5 - f); }", "at f = 10 its law gives e = -50, that is 500 W"),
-        ("R { f = e^3 - 4*e; }", "at e = 1 its law gives f = -3, that is 3 W"),
-        ("MR { e = (time - 1)*f^3; }", "at the start, and at f = 1 its law gives e = -1, "),
-    ],
-)
-def test_nonlinear_laws_are_tried(element, message):
-    (found,) = warnings_of(element)
-    assert found.code == "BG463" and message in found.message
-
-
-def test_a_law_that_turns_active_far_out_is_found():
-    (found,) = warnings_of("R { e = f*(50 - abs(f)); }")
-    assert "at f = 100 its law gives e = -5000, that is 5e+05 W" in found.message
-
-
-def test_units_stand_beside_the_numbers_where_they_are_known():
-    text = (
-        "model M { push : Se(e = 1 N); x : R { e = 3 N*s^2/m^2 * f^2; } push -> x; }"
-        "scene s of M { observe x.e; run 1 s; }"
-    )
-    (found,) = check_physics(elaborate(load_text(text)))
-    assert "at f = -1 m/s its law gives e = 3 N, that is 3 W" in found.message
-    assert "at f = -1 its law" in warnings_of("R { e = 3*f^2; }")[0].message
-
-
 def test_fields_are_told_by_eigenvalue_direction_and_entries():
     (found,) = warnings_of("R[2]([[1, 6], [2, 4]]);", 2)
     eigenvalues, vectors = np.linalg.eigh([[1, 4], [4, 4]])
@@ -125,22 +91,6 @@ def test_fields_are_told_by_eigenvalue_direction_and_entries():
 )
 def test_fields(element, code):
     assert [d.code for d in warnings_of(element, 2)] == ([code] if code else [])
-
-
-def test_an_energy_that_is_not_convex_in_its_momentum():
-    (found,) = warnings_of("I { H = -p^2/4; }")
-    message = "the inertia of `x` is not positive at the start: df/dp is -0.5"
-    assert (found.code, found.message) == ("BG464", message)
-    (found,) = warnings_of("IC { H = p^2/(2*(q - 1)); }")
-    assert "at the start: df/dp is -1" in found.message
-
-
-def test_one_cause_in_an_array_is_one_message():
-    text = (
-        "model M { for i in 1..4 { x[i] : R(-1); j[i] : J1; c[i] : C(1); j[i] -> x[i], c[i]; } }"
-        "scene s of M { observe x[1].e; run 1 s; }"
-    )
-    assert len(check_physics(elaborate(load_text(text)))) == 1
 
 
 def test_pseudo_domains_have_no_power_to_check():
