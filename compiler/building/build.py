@@ -46,10 +46,12 @@ _LOOPS = frozenset(
     (
         "accounts",
         "blocks",
+        "checks",
         "complex_blocks",
         "corrections",
         "dense",
         "explicit",
+        "followed_states",
         "inner",
         "rosenbrock",
         "sparse",
@@ -84,6 +86,26 @@ _OPTIONAL = {
 }
 EVERY_PART = frozenset(_OPTIONAL)
 _SHARED = 2  # units that every model needs
+# Files of the runtime that are compiled twice: for one instance, and on vector registers for many.
+INTEGRATOR = (
+    "acceptance",
+    "accounts",
+    "backward_error",
+    "corrections",
+    "dense",
+    "dense_error",
+    "evaluate",
+    "explicit",
+    "followed_states",
+    "rosenbrock",
+    "rounding",
+    "rows",
+    "spectrum",
+    "stages",
+    "switching",
+    "switching_fixed",
+    "vectors",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +167,12 @@ def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
 def _units(name: str, sources: Mapping[str, Path]) -> tuple[Unit, ...]:
     """Join C sources to a unit of loops and one of the rest; an empty one is left out."""
     texts = {file: sources[file].read_text(encoding="utf-8") for file in sorted(sources)}
-    loops = {file: text for file, text in texts.items() if file in _LOOPS}
-    rest = {file: text for file, text in texts.items() if file not in _LOOPS}
-    units = (
+    loops = {file: texts.pop(file) for file in sorted(_LOOPS & texts.keys())}
+    both = (
         Unit(f"{name}_loops", _joined(loops), LOOP_FLAGS),
-        Unit(name, _joined(rest), LIGHT_FLAGS),
+        Unit(name, _joined(texts), LIGHT_FLAGS),
     )
-    return tuple(unit for unit in units if unit.text)
+    return tuple(unit for unit in both if unit.text)
 
 
 def runtime_sources(folder: Path) -> dict[str, Path]:
@@ -185,9 +206,9 @@ def _joined(sources: Mapping[str, str]) -> str:
 
 def lane_runtime_units() -> tuple[Unit, ...]:
     """Read the C sources that models share which run many instances at once, as one unit."""
-    paths = sorted((runtime_directory() / "lanes").glob("*.c"))
-    sources = {path.stem: path.read_text(encoding="utf-8") for path in paths}
-    return (Unit("lanes_runtime", _joined(sources)),)
+    folder = runtime_directory()
+    paths = (*sorted(folder.glob("lanes/*.c")), *(folder / f"{name}.c" for name in INTEGRATOR))
+    return (Unit("lanes_runtime", _joined({path.stem: path.read_text("utf-8") for path in paths})),)
 
 
 def build_shared_object(

@@ -104,20 +104,8 @@ bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c)
 bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d);
 bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b);
 
-/* --- vectors.c */
-void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out);
-double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
-                const double *b);
-int bgc_first_bad(int n, const double *v);
-
-/* --- rosenbrock.c, explicit.c, collocation.c, stages.c: functions of the families */
-bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
-bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
+/* --- collocation.c: functions of the family */
 bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
-void bgc_sum_stages(const bgc_model *m, bgc_data *d, const bgc_method *method);
-int bgc_interpolate_stages(const bgc_model *m, bgc_data *d, const bgc_method *method);
-void bgc_correction_of_stages(const bgc_model *m, bgc_data *d, const bgc_method *method,
-                              double *change);
 int bgc_interpolate_radau(const bgc_model *m, bgc_data *d, const bgc_method *method);
 void bgc_correction_of_slope(const bgc_model *m, bgc_data *d, const bgc_method *method,
                              double *change);
@@ -155,34 +143,10 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
 void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 
-/* --- spectrum.c */
-void bgc_reset_radius(bgc_spectrum *s);
-double bgc_begin_estimate(bgc_spectrum *s);
-bgc_estimate bgc_finish_estimate(bgc_spectrum *s, double radius);
-bgc_estimate bgc_enter_product(bgc_spectrum *s, double newest, double change, double enough);
-bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_data *d, double enough);
-
-/* --- switching.c */
-const bgc_method *bgc_present_method(const bgc_core *core);
-void bgc_reset_choice(const bgc_model *m, bgc_data *d);
-void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h);
-void bgc_count_rejection(const bgc_model *m, bgc_data *d);
-void bgc_begin_choice(const bgc_model *m, int method, bgc_choice *choice, bgc_spectrum *spectrum);
-void bgc_change_method(bgc_choice *choice, bgc_counts *counts, double t, double cost, int is_trial);
-
-/* --- switching_fixed.c */
-void bgc_choose_fixed_method(const bgc_model *m, bgc_data *d);
-int bgc_return_from_partner(const bgc_model *m, bgc_data *d);
-int bgc_rejects_explicit_step(const bgc_model *m, bgc_data *d);
-
-/* --- rounding.c */
-int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method);
-int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
-void bgc_judge_rounding(const bgc_model *m, bgc_data *d, double error);
-
-/* --- evaluate.c */
-void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
-void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
+/* --- checks.c */
+void bgc_report_correction(const bgc_model *m, bgc_data *d);
+int bgc_first_bad(int n, const double *v);
+int bgc_coupled_rate(const bgc_model *m, const bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
 
 /* --- divisors.c */
@@ -192,17 +156,13 @@ bgc_status bgc_blame_divisor(const bgc_model *m, bgc_data *d, bgc_status status)
 
 /* --- subtolerance.c */
 void bgc_reset_subtolerance(const bgc_model *m, bgc_data *d);
-void bgc_follow_subtolerance(const bgc_model *m, bgc_data *d, double t);
 void bgc_follow_subtolerance_state(bgc_data *d, int i, double value, double limit, double t);
 
 /* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);
 double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h);
-
-/* --- corrections.c */
-void bgc_reset_corrections(const bgc_model *m, bgc_data *d);
-void bgc_record_correction(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
-void bgc_report_correction(const bgc_model *m, bgc_data *d);
+double bgc_first_step_alone(const bgc_model *m, bgc_data *d);
+void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d);
 
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);
@@ -310,28 +270,12 @@ void bgc_judge_terms(const bgc_model *m, bgc_data *d, double h);
 double bgc_hidden_peak(int kind, const double *z);
 double bgc_before_hidden(const bgc_model *m, bgc_data *d, double end);
 
-/* --- dense.c */
-extern const double bgc_sample_at[BGC_SAMPLES];
-extern const int bgc_first_sample[BGC_FIRST_SAMPLES];
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
-void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
-void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x);
-void bgc_interpolate_some(const bgc_model *m, bgc_data *d, double t, int count, const int *state,
-                          double *x);
-void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope);
-
-/* --- accounts.c */
-void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
-void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
-                      bgc_balance *balance);
-void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d);
-double bgc_residual_after(const bgc_core *core, const bgc_balance *balance);
-void bgc_enter_balance(bgc_core *core, const bgc_balance *balance);
-
 /* --- devices.c */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d);
 bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d);
 void bgc_zero_devices(const bgc_model *m, bgc_data *d);
 void bgc_default_inputs(const bgc_model *m, double *u);
+
+#include "integrator.h"
 
 #endif

@@ -298,3 +298,58 @@ bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_method *meth
     bgc_combine(n, c->stages, c->last, d->stages, d->next);
     return status;
 }
+
+/* --- the result of a step from its stages ----------------------------------------------------- */
+
+/* Dense output of a method of three stages, the last of which is y1: the polynomial of degree 3
+ * through y and the stages. */
+int bgc_interpolate_radau(const bgc_model *m, bgc_data *d, const bgc_method *method) {
+    const int n = m->n_state;
+    const size_t width = bgc_padded(n);
+    const double *z1 = d->stages, *z2 = z1 + width, *z3 = z2 + width;
+    const double c1 = method->collocation->node[0], c2 = method->collocation->node[1];
+
+    memset(d->k, 0, BGC_MAX_DENSE * width * sizeof *d->k);
+    for (int i = 0; i < n; i++) {
+        const double at1 = (z1[i] - c1 * z3[i]) / (c1 * (1.0 - c1));
+        const double at2 = (z2[i] - c2 * z3[i]) / (c2 * (1.0 - c2));
+        const double slope = (at2 - at1) / (c2 - c1);
+        d->k[i] = at1 - c1 * slope;
+        d->k[width + (size_t)i] = slope;
+    }
+    return 1;
+}
+
+/* Half the difference between h f at the start of the step and the slope of the collocation
+ * polynomial there. */
+void bgc_correction_of_slope(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                             double *change) {
+    const bgc_collocation *c = method->collocation;
+    const double h = d->core.t_end - d->core.t_old;
+
+    bgc_combine(m->n_state, c->stages, c->e, d->stages, change);
+    for (int i = 0; i < m->n_state; i++) {
+        const double slope = h * d->inverse_mass[i];
+        change[i] = slope != 0.0 ? 0.5 * (slope * d->f[i] + change[i]) : 0.0;
+    }
+}
+
+/* Energy accounts by the method's own quadrature balance as exactly as the method conserves
+ * energy. */
+void bgc_collocation_quadrature(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                                double power[2]) {
+    const bgc_collocation *c = method->collocation;
+    const double h = d->core.t_end - d->core.t_old;
+
+    power[0] = power[1] = 0.0;
+    for (int s = 0; s < c->stages; s++) {
+        const double *z = d->stages + (size_t)s * bgc_padded(m->n_state);
+        double energy[3];
+        for (int i = 0; i < m->n_state; i++) {
+            d->point[i] = d->y0[i] + z[i];
+        }
+        m->energy(d->h, d->core.t_old + c->node[s] * h, d->point, d->u_step, energy, d->work);
+        power[0] += c->weight[s] * h * energy[1];
+        power[1] += c->weight[s] * h * energy[2];
+    }
+}

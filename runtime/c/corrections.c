@@ -6,13 +6,11 @@
  * of an explicit method.
  */
 #include "bgc_internal.h"
-#include "corrections.h"
 
-#include <math.h>
 #include <string.h>
 
 /* At the start of a run. */
-void bgc_reset_corrections(const bgc_model *m, bgc_data *d) {
+void bgc_reset_corrections(const bgc_model *m, bgc_ivp *d) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
 
     memset(d->correction, 0, size);
@@ -20,45 +18,30 @@ void bgc_reset_corrections(const bgc_model *m, bgc_data *d) {
     memset(d->range, 0, size);
 }
 
-/* A loop of fixed length without aliases, which compilers vectorise. Keeps the largest correction of
- * each state, its time, and the range of the state. */
-static inline void keep_largest(double t, const double *restrict change,
-                                const double *restrict next, double *restrict at,
-                                double *restrict correction, double *restrict range) {
-    for (int l = 0; l < BGC_LANES; l++) {
-        const double size = fabs(change[l]), now = fabs(next[l]);
-        const double largest = correction[l], before = at[l], most = range[l];
-        at[l] = size > largest ? t : before;
-        correction[l] = size > largest ? size : largest;
-        range[l] = now > most ? now : most;
+/* Keeps the largest correction of each state, its time, and the range of the state. */
+static inline void keep_largest(number_mask together, double t, const number *restrict change,
+                                const number *restrict next, number *restrict at,
+                                number *restrict correction, number *restrict range) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        const number size = number_fabs(change[l]), now = number_fabs(next[l]);
+        const number largest = correction[l], before = at[l], most = range[l];
+        const number_mask larger = (size > largest) & together, wider = (now > most) & together;
+        at[l] = number_select(larger, number_of(t), before);
+        correction[l] = number_select(larger, size, largest);
+        range[l] = number_select(wider, now, most);
     }
 }
 
 /* After a fixed step from t to d->next, before that becomes the present. */
-void bgc_record_correction(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
+void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t) {
     const int n = m->n_state;
-    double *change = d->right;
+    const number_mask together = bgc_together(d);
+    number *change = d->right;
 
     memset(change, 0, (size_t)n * sizeof *change);
-    method->family->correction(m, d, method, change);
-    for (size_t i = 0; i < bgc_padded(n); i += BGC_LANES) {
-        keep_largest(t, change + i, d->next + i, d->corrected_at + i, d->correction + i,
-                     d->range + i);
-    }
-}
-
-/* Reports in the counts the largest correction that shows too long a step. States without a rate may
- * jump, and do not count. */
-void bgc_report_correction(const bgc_model *m, bgc_data *d) {
-    bgc_counts *counts = &d->core.counts;
-
-    counts->largest_correction = 0.0;
-    for (int i = 0; i < m->n_state; i++) {
-        const double part = d->correction[i] / fmax(d->scale[i], d->range[i]);
-        if (d->algebraic[i] == 0.0 && part > fmax(bgc_unresolved_part, counts->largest_correction)) {
-            counts->largest_correction = part;
-            counts->correction_time = d->corrected_at[i];
-            counts->correction_state = i;
-        }
+    bgc_correct_by(m, d, method, change);
+    for (size_t i = 0; i < bgc_chunked(n); i += BGC_CHUNK) {
+        keep_largest(together, t, change + i, d->next + i, d->corrected_at + i,
+                     d->correction + i, d->range + i);
     }
 }

@@ -6,29 +6,20 @@
 #include "bgc_internal.h"
 #include "interpolation.h"
 
-#include <math.h>
 #include <string.h>
-
-/* Points of a step at which arguments of switches and of watched functions are
- * evaluated, its end last; spaced unevenly, so that an oscillation does not fit between them. */
-const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
-
-/* Those that are evaluated first. */
-const int bgc_first_sample[BGC_FIRST_SAMPLES] = {2, 4, BGC_SAMPLES};
 
 /* Stores the dense output of a step to d->next at `end`, before that becomes the present. Hermite
  * polynomials need f at the end, which is evaluated when they are used. */
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end) {
+void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end) {
     const int n = m->n_state;
-    const size_t size = (size_t)n * sizeof(double);
+    const size_t size = (size_t)n * sizeof(number);
 
     d->core.t_old = d->core.t;
     d->core.t_end = end;
-    memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(double));
+    memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(number));
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
-    if (!d->core.left && method->family->interpolate != NULL &&
-        method->family->interpolate(m, d, method)) {
+    if (!d->core.left && bgc_interpolate_by(m, d, method)) {
         d->core.dense = BGC_DENSE_READY;
     } else {
         memcpy(d->k, d->f, size);
@@ -39,20 +30,20 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, 
 /* --- loops of fixed length, which compilers vectorise at every level of optimisation -------- */
 
 /* Cubic Hermite polynomials with the slopes k1 at the start and f_end at the end, or chords. */
-static inline void make_cubics(double h, const double *restrict y0, const double *restrict y1,
-                               const double *restrict inverse_mass, const double *restrict f_end,
-                               double *restrict k1, double *restrict k2) {
-    for (int l = 0; l < BGC_LANES; l++) {
-        const double scale = h * inverse_mass[l];
-        bgc_hermite(y1[l] - y0[l], scale * k1[l], scale * f_end[l], scale != 0.0, k1 + l, k2 + l);
+static inline void make_cubics(double h, const number *restrict y0, const number *restrict y1,
+                               const number *restrict inverse_mass, const number *restrict f_end,
+                               number *restrict k1, number *restrict k2) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        const number scale = h * inverse_mass[l];
+        bgc_hermite(y1[l] - y0[l], scale * k1[l], scale * f_end[l], scale != number_of(0.0), k1 + l, k2 + l);
     }
 }
 
 /* x = y(s). */
-static inline void evaluate_cubics(double s, const double *restrict y0, const double *restrict y1,
-                                   const double *restrict k1, const double *restrict k2,
-                                   const double *restrict k3, double *restrict x) {
-    for (int l = 0; l < BGC_LANES; l++) {
+static inline void evaluate_cubics(double s, const number *restrict y0, const number *restrict y1,
+                                   const number *restrict k1, const number *restrict k2,
+                                   const number *restrict k3, number *restrict x) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
         x[l] = bgc_interpolated(s, y0[l], y1[l], k1[l], k2[l], k3[l]);
     }
 }
@@ -61,19 +52,19 @@ static inline void evaluate_cubics(double s, const double *restrict y0, const do
 
 /* f at the end of the last step. Before that is the present, d->f is f at its start, and f at the end
  * goes to d->error. */
-static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
+static const number *slope_at_end(const bgc_model *m, bgc_ivp *d) {
     bgc_core *core = &d->core;
     const size_t size = (size_t)m->n_state * sizeof *d->x;
 
     if (core->t == core->t_old) {
         if (!core->f_at_end) {
-            m->rhs(d->h, core->t_end, d->y1, d->u_step, d->error, d->work);
+            bgc_functions(m, d)->rhs(d->h, number_of(core->t_end), d->y1, d->u_step, d->error, d->work);
             core->counts.rhs++;
             core->f_at_end = 1;
         }
         return d->error;
     }
-    m->rhs(d->h, core->t_end, d->y1, d->u_step, d->f, d->work);
+    bgc_functions(m, d)->rhs(d->h, number_of(core->t_end), d->y1, d->u_step, d->f, d->work);
     core->counts.rhs++;
     core->f_valid = memcmp(d->x, d->y1, size) == 0 &&
                     memcmp(d->u, d->u_step, (size_t)m->n_input * sizeof *d->u) == 0;
@@ -81,13 +72,13 @@ static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
 }
 
 /* Makes Hermite polynomials from the slopes at the start, in d->k, and those at the end. */
-static void complete_slopes(const bgc_model *m, bgc_data *d) {
-    const size_t width = bgc_padded(m->n_state);
+static void complete_slopes(const bgc_model *m, bgc_ivp *d) {
+    const size_t width = bgc_chunked(m->n_state);
     const double h = d->core.t_end - d->core.t_old;
-    const double *f_end = slope_at_end(m, d);
-    double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
+    const number *f_end = slope_at_end(m, d);
+    number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
 
-    for (size_t i = 0; i < width; i += BGC_LANES) {
+    for (size_t i = 0; i < width; i += BGC_CHUNK) {
         make_cubics(h, d->y0 + i, d->y1 + i, d->inverse_mass + i, f_end + i, k1 + i, k2 + i);
     }
     memset(k3, 0, width * sizeof *k3);
@@ -95,56 +86,53 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
 }
 
 /* The dense output alone at time t inside the last step. */
-static void evaluate_polynomial(const bgc_model *m, bgc_data *d, double t, double *x) {
-    const size_t width = bgc_padded(m->n_state);
-    const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
+static void evaluate_polynomial(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    const size_t width = bgc_chunked(m->n_state);
+    const number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
     double s;
 
     if (d->core.dense == BGC_SLOPES_PENDING) {
         complete_slopes(m, d);
     }
     s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
-    for (size_t i = 0; i < width; i += BGC_LANES) {
+    for (size_t i = 0; i < width; i += BGC_CHUNK) {
         evaluate_cubics(s, d->y0 + i, d->y1 + i, k1 + i, k2 + i, k3 + i, x + i);
     }
 }
 
 /* x at time t inside the last step. States without a rate follow from the algebraic equations, in the
  * modes and inputs of that step; where no solution is found, they are interpolated. */
-void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
-    double *present = d->u;
+void bgc_interpolate(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    number *present = d->u;
 
     evaluate_polynomial(m, d, t, x);
     d->u = d->u_step;
     if (d->core.algebraic > 0) {
-        bgc_satisfy(m, d, t, x);
+        bgc_satisfy_rows(m, d, t, x);
     }
     if (m->project != NULL) {
-        m->project(d->h, t, x, d->work);
+        bgc_functions(m, d)->project(d->h, number_of(t), x, d->work);
     }
-    if (m->closure_info != NULL) { /* where that fails, x is as accurate as the step */
-        memcpy(d->magnitude, x, (size_t)m->n_state * sizeof *x);
-        if (bgc_close_chains(m, d, t, x) != BGC_OK) {
-            memcpy(x, d->magnitude, (size_t)m->n_state * sizeof *x);
-        }
+    if (m->closure_info != NULL) {
+        bgc_close_inside(m, d, t, x);
     }
     d->u = present;
 }
 
 /* The same with the states without a rate interpolated: a step that jumps to other roots of the
  * algebraic equations has a large defect there. */
-void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x) {
+void bgc_interpolate_all(const bgc_model *m, bgc_ivp *d, double t, number *x) {
     evaluate_polynomial(m, d, t, x);
     if (m->project != NULL) {
-        m->project(d->h, t, x, d->work);
+        bgc_functions(m, d)->project(d->h, number_of(t), x, d->work);
     }
 }
 
 /* The same for some states, neither projected nor algebraic; the others in x stay as they are. */
-void bgc_interpolate_some(const bgc_model *m, bgc_data *d, double t, int count, const int *state,
-                          double *x) {
-    const size_t width = bgc_padded(m->n_state);
-    const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
+void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, const int *state,
+                          number *x) {
+    const size_t width = bgc_chunked(m->n_state);
+    const number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
     double s;
 
     if (d->core.dense == BGC_SLOPES_PENDING) {
@@ -158,9 +146,9 @@ void bgc_interpolate_some(const bgc_model *m, bgc_data *d, double t, int count, 
 }
 
 /* The rate of the dense output in the middle of the last step. */
-void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope) {
+void bgc_dense_slope(const bgc_model *m, const bgc_ivp *d, number *slope) {
     const double h = d->core.t_end - d->core.t_old;
-    const double *k2 = d->k + bgc_padded(m->n_state), *k3 = k2 + bgc_padded(m->n_state);
+    const number *k2 = d->k + bgc_chunked(m->n_state), *k3 = k2 + bgc_chunked(m->n_state);
 
     for (int i = 0; i < m->n_state; i++) {
         slope[i] = bgc_middle_slope(d->y0[i], d->y1[i], k2[i], k3[i]) / h;

@@ -100,3 +100,43 @@ double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h) {
     }
     return h;
 }
+
+/* The first step of an instance at its initial state, in the modes there. */
+double bgc_first_step_alone(const bgc_model *m, bgc_data *d) {
+    const bgc_method *method = &bgc_methods[d->core.method];
+    double h;
+
+    d->core.f_valid = 0;
+    bgc_hold_modes(m, d);
+    bgc_evaluate_f(m, d);
+    h = d->core.step > 0.0 ? d->core.step : bgc_first_step(m, d, method->error_order);
+    if (method->family->jacobian) {
+        h = bgc_limit_first_step(m, d, h);
+    }
+    bgc_release_modes(m, d);
+    return h;
+}
+
+/* Computes, once in a run, the energy that tolerances regard as small: the largest that a state of the
+ * size of its scale stores; 0 where none stores any. */
+void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d) {
+    bgc_core *core = &d->core;
+    double present[3], energy[3];
+
+    if (core->energy_scale >= 0.0) {
+        return;
+    }
+    core->energy_scale = 0.0;
+    memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
+    m->energy(d->h, core->t, d->point, d->u, present, d->work);
+    for (int i = 0; i < m->n_state; i++) {
+        double change;
+        d->point[i] = d->x[i] + d->scale[i];
+        m->energy(d->h, core->t, d->point, d->u, energy, d->work);
+        d->point[i] = d->x[i];
+        change = fabs(energy[0] - present[0]);
+        core->energy_scale = isfinite(change) ? fmax(core->energy_scale, change)
+                                              : core->energy_scale;
+    }
+    core->counts.exchanged = fmax(core->counts.exchanged, core->rtol * core->energy_scale);
+}

@@ -25,6 +25,9 @@ static inline void *bgc_aligned_zeros(size_t size, void **allocated) {
 enum { BGC_LANES = 8 };
 enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluated, */
 enum { BGC_FIRST_SAMPLES = 3 }; /* and those that show whether any comes near the edge of its mode */
+/* Their places in a step, its end last; spaced unevenly, so that an oscillation does not fit between them. */
+static const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
+static const int bgc_first_sample[BGC_FIRST_SAMPLES] = {2, 4, BGC_SAMPLES}; /* numbers of the first ones */
 enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too long for the algebraic equations */
 
 /* Unknowns of a model up to which the room for dense factors is reserved with the instance or its
@@ -69,14 +72,6 @@ typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoti
 /* The dense output of the last step: none; cubic Hermite whose slope at the end is not evaluated
  * yet; complete. */
 typedef enum { BGC_NO_DENSE, BGC_SLOPES_PENDING, BGC_DENSE_READY } bgc_dense_state;
-
-/* Energies of one step, J. */
-typedef struct {
-    double supplied, dissipated; /* integrals of the powers */
-    double moved;  /* the larger of the integrals of their absolute values */
-    double error;  /* the larger error of the two integrals */
-    double stored; /* at the end of the step, absolute */
-} bgc_balance;
 
 /* Estimates of the spectral radius of M^-1 df/dx along a run: spectrum.c. */
 typedef struct {

@@ -23,60 +23,6 @@ static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
     }
 }
 
-/* Turns the sizes in d->reach into those that count in the check of a solution. */
-void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d) {
-    double largest = 0.0;
-
-    for (int i = 0; i < m->n_state; i++) {
-        const double part = d->reach[i] / d->scale[i];
-        largest = part > largest ? part : largest;
-    }
-    for (int i = 0; i < bgc_unknowns(m); i++) {
-        d->reach[i] += bgc_least_part * largest * d->scale[i];
-    }
-}
-
-/* out = W v, and magnitude = |W| reach, with the sizes of v that count. */
-static void multiply(const bgc_model *m, bgc_data *d, const double *v, double *out,
-                     double *magnitude) {
-    const bgc_entries j = bgc_local_entries(m);
-    const double c = d->core.c, *reach = d->reach;
-    const int n = bgc_unknowns(m), alone = m->n_mass == 0 ? m->n_state : 0;
-
-    for (int i = 0; i < n; i++) {
-        d->reach[i] = fabs(v[i]);
-    }
-    bgc_raise_to_least_part(m, d);
-    for (int i = 0; i < n; i++) {
-        out[i] = i < alone ? c * v[i] : 0.0;
-        magnitude[i] = i < alone ? fabs(c) * reach[i] : 0.0;
-    }
-    for (int k = 0; k < m->n_mass; k++) {
-        const double entry = c * d->mass[k];
-        out[m->mass_row[k]] += entry * v[m->mass_col[k]];
-        magnitude[m->mass_row[k]] += fabs(entry) * reach[m->mass_col[k]];
-    }
-    /* Entries of a row are contiguous: their sums stay in registers. */
-    for (int k = 0; k < j.count;) {
-        const int row = j.row[k];
-        double sum = 0.0, size = 0.0;
-        for (; k < j.count && j.row[k] == row; k++) {
-            sum += d->jac[k] * v[j.col[k]];
-            size += fabs(d->jac[k]) * reach[j.col[k]];
-        }
-        out[row] -= sum;
-        magnitude[row] += size;
-    }
-}
-
-/* out = M v. */
-void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out) {
-    memset(out, 0, (size_t)m->n_state * sizeof *out);
-    for (int k = 0; k < m->n_mass; k++) {
-        out[m->mass_row[k]] += d->mass[k] * v[m->mass_col[k]];
-    }
-}
-
 /* Fills dense_lu with W, row after row. */
 static void assemble_dense(const bgc_model *m, bgc_data *d) {
     const bgc_entries j = bgc_local_entries(m);
@@ -263,29 +209,13 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     return BGC_OK;
 }
 
-/* d->residual = b - W x; returns the componentwise backward error of x, with a floor for small x. */
-static double backward_error(const bgc_model *m, bgc_data *d, const double *b, const double *x) {
-    double worst = 0.0;
-
-    multiply(m, d, x, d->residual, d->magnitude);
-    for (int i = 0; i < bgc_unknowns(m); i++) {
-        const double size = d->magnitude[i] + fabs(b[i]);
-        d->residual[i] = b[i] - d->residual[i];
-        if (size > bgc_underflow) {
-            const double error = fabs(d->residual[i]) / size;
-            worst = error <= worst ? worst : error; /* a NaN stays */
-        }
-    }
-    return worst;
-}
-
 /* x := W^-1 x by static pivots with iterative refinement; b is the right-hand side, a copy. Returns 1
  * where the backward error is acceptable. */
 static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, double *x) {
     double error;
 
     solve_static(m, d, x);
-    error = backward_error(m, d, b, x);
+    error = bgc_backward_error(m, d, b, x);
     if (!(error <= bgc_acceptable)) {
         d->core.watched = BGC_WATCH_FOR;
         d->core.pivoting = BGC_WATCHED;
@@ -297,7 +227,7 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
         for (int i = 0; i < bgc_unknowns(m); i++) {
             x[i] += d->residual[i];
         }
-        error = backward_error(m, d, b, x);
+        error = bgc_backward_error(m, d, b, x);
         if (!(error < 0.5 * before)) {
             break;
         }

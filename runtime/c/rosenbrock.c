@@ -1,12 +1,12 @@
-/* rosenbrock.c: one step of a Rosenbrock method, by its tableau, in the variables of bgc_internal.h:
+/* rosenbrock.c: one step of a Rosenbrock method, by its tableau, in the variables of methods.h:
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7. */
 #include "bgc_internal.h"
 
 #include <string.h>
 
 /* right += M (sum of c_ij U_j) / h. */
-static void add_earlier_stages(const bgc_model *m, bgc_data *d, const double *c, int stage,
-                               double h, double *right) {
+static void add_earlier_stages(const bgc_model *m, bgc_ivp *d, const double *c, int stage,
+                               double h, number *right) {
     const int n = m->n_state;
     double weight[BGC_MAX_STAGES];
 
@@ -26,7 +26,7 @@ static void add_earlier_stages(const bgc_model *m, bgc_data *d, const double *c,
 }
 
 /* The Jacobian and the factors of W = M / (h gamma) - J at the present, unless they are held. */
-static bgc_status factorise_for_stages(const bgc_model *m, bgc_data *d, const bgc_tableau *tableau,
+static bgc_status factorise_for_stages(const bgc_model *m, bgc_ivp *d, const bgc_tableau *tableau,
                                        double h) {
     if (d->core.held > 0) {
         return BGC_OK;
@@ -36,14 +36,14 @@ static bgc_status factorise_for_stages(const bgc_model *m, bgc_data *d, const bg
 }
 
 /* Each stage is made in the place of its solution: right-hand side, then one solution with W. */
-bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
     const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
-    const size_t size = (size_t)n * sizeof(double);
+    const size_t size = (size_t)n * sizeof(number);
     bgc_status status = factorise_for_stages(m, d, tableau, h);
 
     for (int s = 0; s < tableau->stages && status == BGC_OK; s++) {
-        double *stage = d->stages + (size_t)s * bgc_padded(n);
+        number *stage = d->stages + (size_t)s * bgc_chunked(n);
         const double slope = tableau->g[s] * h;
 
         /* f at the point of the stage, and the earlier stages. */
@@ -52,7 +52,8 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *met
         } else {
             memcpy(d->point, d->x, size);
             bgc_combine(n, s, tableau->a[s], d->stages, d->point);
-            m->rhs(d->h, d->core.t + tableau->alpha[s] * h, d->point, d->u, stage, d->work);
+            bgc_functions(m, d)->rhs(d->h, number_of(d->core.t + tableau->alpha[s] * h), d->point, d->u, stage,
+                                    d->work);
             d->core.counts.rhs++;
             add_earlier_stages(m, d, tableau->c[s], s, h, stage);
         }

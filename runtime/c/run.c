@@ -1,6 +1,5 @@
 /* run.c: a run: rows of outputs at given times, and samples of the devices. */
 #include "bgc_internal.h"
-#include "accounts.h"
 #include "control.h"
 
 #include <math.h>
@@ -143,42 +142,15 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
     const bgc_core *core = &d->core;
     const int before_event = t < core->t && core->event_at == core->t && core->dense != BGC_NO_DENSE;
     const int inside = before_event || t < core->t - bgc_time_slack(core->t, core->t_old);
-    const double *x = d->x, *u = d->u;
-    double power[2] = {0.0, 0.0};
 
-    /* The state at t: dense output, or the present one with its algebraic equations solved exactly. */
-    if (inside) {
-        if (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old)) {
-            return BGC_BAD_ARGUMENT;
-        }
-        if (core->accounts) {
-            bgc_integrate_energy(m, d, t, power);
-        }
-        bgc_interpolate(m, d, t, d->point);
-        x = d->point;
-        u = d->u_step;
-    } else {
-        t = core->t; /* the same but for the rounding of multiples, which callers do differently */
-        if (core->algebraic > 0) {
-            memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
-            bgc_satisfy(m, d, t, d->point);
-            x = d->point;
-        }
+    if (inside &&
+        (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old))) {
+        return BGC_BAD_ARGUMENT;
     }
-
-    /* Outputs, then accounts. */
-    m->outputs(d->h, t, x, u, row, d->work);
-    if (core->accounts) {
-        double *account = row + m->n_output, energy[3];
-        m->energy(d->h, t, x, u, energy, d->work);
-        bgc_account_row(energy[0] - core->stored0,
-                        inside ? core->supplied_old + power[0] : core->supplied,
-                        inside ? core->dissipated_old + power[1] : core->dissipated, account);
-        account[3] -= core->created;
-        if (bgc_first_bad(4, account) >= 0) {
-            d->core.failed_state = -1;
-            return BGC_NOT_FINITE;
-        }
+    bgc_evaluate_row(m, d, t, inside, row);
+    if (core->accounts && bgc_first_bad(4, row + m->n_output) >= 0) {
+        d->core.failed_state = -1;
+        return BGC_NOT_FINITE;
     }
     return BGC_OK;
 }

@@ -3,7 +3,6 @@
 #include "bgc_internal.h"
 #include "accounts.h"
 #include "control.h"
-#include "interpolation.h"
 #include "tolerance.h"
 
 #include <float.h>
@@ -65,39 +64,28 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
 /* Makes d->next the present state at t_new, and handles the event at the end of the step, if any. */
 static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                               double t_new) {
-    const size_t size = (size_t)m->n_state * sizeof *d->x;
     bgc_core *core = &d->core;
 
-    core->counts.last_step = t_new - core->t;
     if (bgc_present_method(core)->family->jacobian) {
-        bgc_watch_stiffness(m, d, core->counts.last_step);
+        bgc_watch_stiffness(m, d, t_new - core->t);
     }
-    core->counts.steps++;
-
-    /* The state. f at the end of the step is kept where it has been evaluated. */
-    memcpy(d->x, d->next, size);
-    core->t = t_new;
-    core->jac_valid = 0;
-    core->f_valid = (core->f_at_end || core->f_last_at == t_new) && !core->event;
-    if (core->f_valid) {
-        memcpy(d->f, core->f_at_end ? d->error : d->f_last, size);
-    }
+    bgc_accept(m, d, balance, t_new);
     bgc_enter_chains(m, d);
-
-    /* Accounts, and the modes after an event. */
-    core->supplied_old = core->supplied;
-    core->dissipated_old = core->dissipated;
-    if (core->accounts) {
-        bgc_enter_balance(core, balance);
-    }
     return may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
 /* A step of the method to a finite d->next. */
 static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
-    const bgc_status status = method->family->advance(m, d, method, h);
-    const int bad = status == BGC_OK ? bgc_first_bad(m->n_state, d->next) : -1;
+    const int coupled = method->family->jacobian ? -1 : bgc_coupled_rate(m, d);
+    bgc_status status;
+    int bad;
 
+    if (coupled >= 0) {
+        d->core.failed_state = coupled;
+        return BGC_NOT_EXPLICIT;
+    }
+    status = method->family->advance(m, d, method, h);
+    bad = status == BGC_OK ? bgc_first_bad(m->n_state, d->next) : -1;
     if (bad >= 0) {
         d->core.failed_state = bad;
         return BGC_NOT_FINITE;
@@ -190,7 +178,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     }
 
     /* Try it by the implicit method, halve it, or fail. */
-    if (is_too_long(core, status) && bgc_return_from_partner(m, d)) {
+    if (is_too_long(core, status) && bgc_return_from_partner(d)) {
         return BGC_OK;
     }
     if (may_halve(m, core, status)) {
@@ -238,12 +226,12 @@ static double limit_step(const bgc_core *core, double *t_new) {
 }
 
 /* Rejects the attempt: the next one has the length h. */
-static bgc_status reject(const bgc_model *m, bgc_data *d, bgc_status reason, double h) {
+static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     d->core.counts.rejected++;
     d->core.rejected++;
     d->core.reason = reason;
     d->core.h_next = h;
-    bgc_count_rejection(m, d);
+    bgc_count_rejection(d);
     return BGC_OK;
 }
 
@@ -267,54 +255,6 @@ static int worst_state(const bgc_model *m, const bgc_data *d, const double *erro
         }
     }
     return k;
-}
-
-/* The error by which the drift of the accounts shortens the next step, at most to half. */
-static double drift_error(const bgc_core *core, const bgc_balance *balance, double q,
-                          double error) {
-    const double residual = bgc_residual_after(core, balance);
-    const double drift =
-        bgc_drift_error(residual, residual - core->imbalance, core->counts.exchanged,
-                        balance->stored, balance->moved, (double)(core->counts.steps + 1),
-                        core->rtol);
-
-    return fmin(drift, error * pow(2.0, q));
-}
-
-/* The error of the dense output in the middle of a step to d->next, over the tolerances, of methods
- * whose error estimate ignores stiff components: L-stability damps these by the end of the step, not
- * within it. The estimate of a method whose stages satisfy the algebraic equations ignores states
- * without a rate too: a step to other roots of the equations has a large defect here. One simplified
- * Newton iteration from the defect f - M y'; 0 for other methods. */
-static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
-    const double middle = 0.5 * (d->core.t_old + d->core.t_end);
-    const double h = d->core.t_end - d->core.t_old;
-
-    if (!method->check_dense || d->core.left || d->core.dense != BGC_DENSE_READY) {
-        return 0.0;
-    }
-    if (method->family->rows == BGC_ROWS_SOLVED) {
-        bgc_interpolate_all(m, d, middle, d->point);
-    } else {
-        bgc_interpolate(m, d, middle, d->point);
-    }
-    m->rhs(d->h, middle, d->point, d->u_step, d->right, d->work);
-    d->core.counts.rhs++;
-    bgc_dense_slope(m, d, d->point);
-    if (m->n_mass > 0) {
-        bgc_multiply_mass(m, d, d->point, d->magnitude);
-        memcpy(d->point, d->magnitude, (size_t)m->n_state * sizeof *d->point);
-    }
-    for (int i = 0; i < m->n_state; i++) {
-        d->right[i] -= d->point[i];
-    }
-    if (bgc_first_bad(m->n_state, d->right) >= 0 || bgc_solve(m, d, d->right) != BGC_OK) {
-        return HUGE_VAL;
-    }
-    for (int i = 0; i < m->n_state; i++) {
-        d->right[i] = bgc_defect(d->right[i], d->y0[i], d->y1[i], middle, h);
-    }
-    return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
 /* A step in held modes. Where many attempts in a row have failed, it leaves a state at which a law has
@@ -403,40 +343,40 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     sampled = bgc_samples_rounding(m, d, method) && bgc_try_perturbed(m, d, method, h);
     status = advance_or_leave(m, d, method, h);
     if (status != BGC_OK) {
-        return reject(m, d, status, 0.25 * h);
+        return reject(d, status, 0.25 * h);
     }
     error = bgc_norm(m, d, d->error, d->x, d->next);
     if (!isfinite(error)) {
         core->failed_state = bgc_first_bad(m->n_state, d->error);
-        return reject(m, d, BGC_NOT_FINITE, 0.25 * h);
+        return reject(d, BGC_NOT_FINITE, 0.25 * h);
     }
     if (sampled) {
         bgc_judge_rounding(m, d, error);
     }
     if (error > 1.0) {
         core->failed_state = worst_state(m, d, d->error);
-        return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 
     /* Its end: algebraic equations and events; then the dense output. */
     status = complete(m, d, method, &t_new);
     if (core->too_coarse) {
-        return reject(m, d, core->passes_singular ? BGC_SINGULAR_CHAIN : BGC_STEP_TOO_SMALL, 0.5 * h);
+        return reject(d, core->passes_singular ? BGC_SINGULAR_CHAIN : BGC_STEP_TOO_SMALL, 0.5 * h);
     }
     if (status != BGC_OK) {
-        return reject(m, d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
+        return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
     if (m->n_watch > 0) {
         shorter = bgc_before_hidden(m, d, t_new);
         if (shorter < h) {
             core->hidden++;
-            return reject(m, d, BGC_STEP_TOO_SMALL, shorter);
+            return reject(d, BGC_STEP_TOO_SMALL, shorter);
         }
     }
-    error = fmax(error, dense_error(m, d, method));
+    error = fmax(error, bgc_dense_error(m, d, method));
     if (error > 1.0) {
         core->failed_state = worst_state(m, d, d->right);
-        return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 
     /* The error of the energy accounts. */
@@ -447,10 +387,10 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
                                               core->energy_scale, core->rtol));
         if (error > 1.0 && core->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS) {
             core->account_rejections++;
-            return reject(m, d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
+            return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
         }
         core->account_rejections = 0;
-        error = fmax(error, drift_error(core, &balance, q, error));
+        error = fmax(error, bgc_drift_error(d, &balance, q, error));
     }
 
     /* Divisors that vanish: the run ends shortly before. */
@@ -458,7 +398,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (status != BGC_OK) {
         const double rest = core->failed_time - core->t;
         return rest > short_of_pole * fmax(fabs(core->t), core->failed_time - core->origin)
-                   ? reject(m, d, status, 0.98 * rest)
+                   ? reject(d, status, 0.98 * rest)
                    : status;
     }
 

@@ -91,41 +91,6 @@ void bgc_follow_subtolerance_state(bgc_data *d, int i, double value, double limi
     }
 }
 
-/* A loop of fixed length, which compilers vectorise: counts the states to which something happens. */
-static inline void count_changes(const double *restrict x, const double *restrict scale,
-                                 const double *restrict from, const double *restrict to,
-                                 double atol, double part, double *restrict count) {
-    for (int l = 0; l < BGC_LANES; l++) {
-        const double size = fabs(x[l]), limit = atol + part * scale[l];
-        count[l] += (size < from[l] * limit) | (size > to[l] * limit) ? 1.0 : 0.0;
-    }
-}
-
-/* After a step under error control to d->next at t. */
-void bgc_follow_subtolerance(const bgc_model *m, bgc_data *d, double t) {
-    const double atol = d->core.atol;
-    const double part = atol > 0.0 ? 0.0 : d->core.rtol * d->core.counts.scale_reached;
-    double count[BGC_LANES] = {0.0}, all = 0.0;
-
-    /* In most steps nothing happens; padding is zero. */
-    for (size_t i = 0; i < bgc_padded(m->n_state); i += BGC_LANES) {
-        count_changes(d->next + i, d->scale + i, d->subtol_from + i, d->subtol_to + i, atol, part,
-                      count);
-    }
-    for (int l = 0; l < BGC_LANES; l++) {
-        all += count[l];
-    }
-    if (all == 0.0) {
-        return;
-    }
-    for (int i = 0; i < m->n_state; i++) {
-        const double size = fabs(d->next[i]), limit = atol + part * d->scale[i];
-        if (size < d->subtol_from[i] * limit || size > d->subtol_to[i] * limit) {
-            bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
-        }
-    }
-}
-
 int bgc_get_subtolerance(const bgc_model *m, const bgc_data *d, int k, bgc_subtolerance_state *state) {
     if (k < 0 || k >= m->n_state || d->subtol[k].grown == -(double)INFINITY) {
         return 0;

@@ -9,11 +9,10 @@
  * dominant eigenvalue from its last two stages, which are at the same time.
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
  *
- * A batch of instances, which take their steps together, chooses likewise (lanes/lane_switching.c): by the
- * largest radius and product of its instances, for the stiffest one determines its steps.
+ * A batch of instances, which take their steps together, chooses by the largest radius and product of its
+ * instances, for the stiffest one determines its steps.
  */
 #include "bgc_internal.h"
-#include "switching.h"
 
 #include <math.h>
 #include <string.h>
@@ -35,26 +34,22 @@ static const double likely = 0.82;     /* predicted cost of the partner over tha
 static const double cheaper = 0.9;     /* cost of a second over that before, above which a trial fails */
 static const double error_constant = 4e3, margin = 1.45; /* of longest_resolved */
 
+/* The method that takes the next step. */
 const bgc_method *bgc_present_method(const bgc_core *core) {
-    return bgc_chosen(&core->choice, core->method);
+    return &bgc_methods[core->choice.is_explicit ? core->choice.partner : core->method];
 }
 
-/* No choice yet: the implicit method. It has a partner only where this may pay. */
-void bgc_begin_choice(const bgc_model *m, int method, bgc_choice *choice, bgc_spectrum *spectrum) {
-    const char *partner = bgc_methods[method].partner;
+/* At the start of a run: the implicit method. It has a partner only where this may pay. */
+void bgc_reset_choice(const bgc_model *m, bgc_ivp *d) {
+    const char *partner = bgc_methods[d->core.method].partner;
 
-    *choice = (bgc_choice){.partner = -1};
-    bgc_reset_radius(spectrum);
+    d->core.choice = (bgc_choice){.partner = -1};
+    d->core.spectrum = (bgc_spectrum){.radius = INFINITY};
     for (int k = 0; partner != NULL && m->explicit_cost > 0.0 && k < bgc_method_count; k++) {
         if (strcmp(bgc_methods[k].name, partner) == 0) {
-            choice->partner = k;
+            d->core.choice.partner = k;
         }
     }
-}
-
-/* At the start of a run. */
-void bgc_reset_choice(const bgc_model *m, bgc_data *d) {
-    bgc_begin_choice(m, d->core.method, &d->core.choice, &d->core.spectrum);
 }
 
 /* The largest step that the options and samples permit, at most h. */
@@ -65,21 +60,19 @@ static double permitted(const bgc_core *option, double h) {
 }
 
 /* The next step that they permit. */
-static double permitted_next(const bgc_chooser *of) { return permitted(of->option, *of->h_next); }
+static double permitted_next(const bgc_ivp *d) { return permitted(&d->core, d->core.h_next); }
 
 /* Changes to the other method at t. A second has cost as many implicit steps as `cost`. */
-void bgc_change_method(bgc_choice *choice, bgc_counts *counts, double t, double cost, int is_trial) {
+void bgc_change_method(bgc_ivp *d, double t, double cost, int is_trial) {
+    bgc_choice *choice = &d->core.choice;
+
     choice->is_explicit = !choice->is_explicit;
     choice->is_trial = is_trial;
     choice->attempts = choice->unexcited = choice->limited = choice->look = 0;
     choice->since = t;
     choice->cost = cost;
-    counts->method_changes++;
-}
-
-static void change_method(const bgc_chooser *of, double t, double cost, int is_trial) {
-    bgc_change_method(of->choice, of->counts, t, cost, is_trial);
-    *of->error_old = 1.0;
+    d->core.counts.method_changes++;
+    d->core.error_old = 1.0;
 }
 
 /* After a trial, or a return without one: longer before the next. */
@@ -105,18 +98,18 @@ static double resolved_radius(const bgc_core *option, double wanted) {
 }
 
 /* A whole estimate of the spectral radius. */
-static double estimate_radius(const bgc_chooser *of, double enough) {
-    of->spectrum->products = 0;
-    while (of->continue_estimate(of->run, enough) == BGC_ESTIMATING) {
+static double estimate_radius(const bgc_model *m, bgc_ivp *d, double enough) {
+    d->core.spectrum.products = 0;
+    while (bgc_continue_estimate(m, d, enough) == BGC_ESTIMATING) {
     }
-    return of->spectrum->radius;
+    return d->core.spectrum.radius;
 }
 
 /* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
  * pause. */
-static int is_slow(const bgc_chooser *of, double most) {
-    bgc_choice *choice = of->choice;
-    const int slow = estimate_radius(of, most) <= most;
+static int is_slow(const bgc_model *m, bgc_ivp *d, double most) {
+    bgc_choice *choice = &d->core.choice;
+    const int slow = estimate_radius(m, d, most) <= most;
     const int twice = choice->pause == 0 ? FIRST_PAUSE : 2 * choice->pause;
 
     choice->pause = slow ? FIRST_PAUSE : twice < LONGEST_PAUSE ? twice : LONGEST_PAUSE;
@@ -125,26 +118,27 @@ static int is_slow(const bgc_chooser *of, double most) {
 }
 
 /* Whether steps of the partner are likely to cost less, after an implicit step of length h. */
-static int partner_pays(const bgc_chooser *of, double h) {
-    const double wanted = shorter * *of->h_next;
+static int partner_pays(const bgc_model *m, bgc_ivp *d, double h) {
+    const double wanted = shorter * d->core.h_next;
 
-    return of->counts->steps > 0 && permitted_next(of) <= steady * h &&
-           of->explicit_cost * permitted_next(of) < likely * permitted(of->option, wanted) &&
-           of->choice->attempts >= of->choice->look && is_slow(of, resolved_radius(of->option, wanted));
+    return d->core.counts.steps > 0 && permitted_next(d) <= steady * h &&
+           m->explicit_cost * permitted_next(d) < likely * permitted(&d->core, wanted) &&
+           d->core.choice.attempts >= d->core.choice.look &&
+           is_slow(m, d, resolved_radius(&d->core, wanted));
 }
 
 /* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now and then. */
-static int resolves(const bgc_chooser *of, double wanted) {
-    const double most = lasting * resolved_radius(of->option, wanted);
+static int resolves(const bgc_model *m, bgc_ivp *d, double wanted) {
+    const double most = lasting * resolved_radius(&d->core, wanted);
 
-    return of->choice->attempts >= of->choice->look ? is_slow(of, most)
-                                                    : of->spectrum->radius <= most;
+    return d->core.choice.attempts >= d->core.choice.look ? is_slow(m, d, most)
+                                                          : d->core.spectrum.radius <= most;
 }
 
 /* Judges a trial of the partner by the mean length of its steps. */
-static void judge_partner(const bgc_chooser *of, double t) {
-    bgc_choice *choice = of->choice;
-    const double cost = of->explicit_cost * (double)choice->attempts / (t - choice->since);
+static void judge_partner(const bgc_model *m, bgc_ivp *d, double t) {
+    bgc_choice *choice = &d->core.choice;
+    const double cost = m->explicit_cost * (double)choice->attempts / (t - choice->since);
     const double before = choice->cost;
 
     if (choice->attempts >= EXPLICIT_TRIAL) {
@@ -153,42 +147,42 @@ static void judge_partner(const bgc_chooser *of, double t) {
 
         /* The implicit method goes on with about the steps it had. */
         if (cost > cheaper * before || 2 * choice->unexcited > EXPLICIT_TRIAL) {
-            change_method(of, t, cost, 0);
-            *of->h_next = fmax(*of->h_next, fmin(1.0 / before, 2.0 * *of->h_next));
+            bgc_change_method(d, t, cost, 0);
+            d->core.h_next = fmax(d->core.h_next, fmin(1.0 / before, 2.0 * d->core.h_next));
         }
     }
 }
 
 /* Judges a trial of the implicit method after a step of length h: by the next one, for it begins with those
  * of the partner. Where it returns, then with the step before the trial. */
-static void judge_implicit(const bgc_chooser *of, double t, double h) {
-    bgc_choice *choice = of->choice;
-    const double cost = 1.0 / permitted_next(of), before = choice->cost;
-    const int grows = *of->h_next > growing * h && choice->attempts < LONGEST_RAMP;
+static void judge_implicit(const bgc_model *m, bgc_ivp *d, double t, double h) {
+    bgc_choice *choice = &d->core.choice;
+    const double cost = 1.0 / permitted_next(d), before = choice->cost;
+    const int grows = d->core.h_next > growing * h && choice->attempts < LONGEST_RAMP;
 
     if (choice->attempts >= IMPLICIT_TRIAL && (cost <= cheaper * before || !grows)) {
         choice->is_trial = 0;
         wait_longer(choice);
         if (cost > cheaper * before) {
-            change_method(of, t, cost, 0);
-            *of->h_next = fmin(*of->h_next, of->explicit_cost / before);
+            bgc_change_method(d, t, cost, 0);
+            d->core.h_next = fmin(d->core.h_next, m->explicit_cost / before);
         }
     }
 }
 
 /* From the partner back after many steps that are short for stability alone, or do not resolve all modes;
  * for a trial now and then. */
-static void leave_partner(const bgc_chooser *of, double t) {
-    bgc_choice *choice = of->choice;
-    const double cost = of->explicit_cost / permitted_next(of);
+static void leave_partner(const bgc_model *m, bgc_ivp *d, double t) {
+    bgc_choice *choice = &d->core.choice;
+    const double cost = m->explicit_cost / permitted_next(d);
 
     if (choice->unexcited >= LONG_UNEXCITED || choice->limited >= LONG_LIMITED) {
         if (choice->attempts < FIRST_WAIT) {
             wait_longer(choice);
         }
-        change_method(of, t, cost, 0);
+        bgc_change_method(d, t, cost, 0);
     } else if (!choice->is_trial && choice->attempts >= choice->wait) {
-        change_method(of, t, cost, 1);
+        bgc_change_method(d, t, cost, 1);
     }
 }
 
@@ -197,101 +191,65 @@ static int count_leakily(int before, int holds) {
     return holds ? before + 1 : before > 2 ? before - 2 : 0;
 }
 
-/* After an accepted step of length h to t, by which *of->h_next is the next one: the method that takes it.
- * There is a partner. */
-void bgc_choose(const bgc_chooser *of, double t, double h) {
-    bgc_choice *choice = of->choice;
-
-    choice->attempts++;
-    of->counts->explicit_steps += choice->is_explicit;
-
-    if (choice->is_explicit) {
-        const double product = of->find_product(of->run);
-        choice->unexcited = count_leakily(choice->unexcited, product > longest_resolved(of->option));
-        choice->limited = resolves(of, *of->h_next) ? 0 : choice->limited + 1;
-        if (choice->is_trial) {
-            judge_partner(of, t);
-        }
-        if (choice->is_explicit) {
-            leave_partner(of, t);
-        }
-    } else if (choice->is_trial) {
-        judge_implicit(of, t, h);
-    } else if (choice->attempts >= choice->wait && partner_pays(of, h)) {
-        change_method(of, t, 1.0 / permitted_next(of), 1);
-        *of->h_next *= shorter;
-    }
-}
-
-/* After a rejected attempt at t, the present number `rejected` in a row. */
-void bgc_enter_rejection(const bgc_chooser *of, double t, int rejected) {
-    of->choice->attempts++;
-    if (of->choice->is_explicit && rejected >= MOST_REJECTIONS) {
-        wait_longer(of->choice);
-        change_method(of, t, 0.0, 0);
-    }
-}
-
-/* --- one instance -------------------------------------------------------------------------- */
-
-/* Step times the dominant eigenvalue: |M^-1 (f - f')| h / |y - y'| of the last two stages. */
-static double step_times_eigenvalue(void *run) {
-    const bgc_model *m = ((const bgc_single *)run)->m;
-    bgc_data *d = ((const bgc_single *)run)->d;
+/* Step times the dominant eigenvalue, |M^-1 (f - f')| h / |y - y'|, of the last two stages, which are at the same
+ * time: they themselves differ by the numerator. Of a batch, the largest. Scratch: d->point, d->right. */
+static double step_times_eigenvalue(const bgc_model *m, bgc_ivp *d) {
     const bgc_tableau *tableau = bgc_present_method(&d->core)->tableau;
     const int n = m->n_state, last = tableau->stages - 1;
-    const double *u = d->stages + (size_t)last * bgc_padded(n), *before = u - bgc_padded(n);
-    double weight[BGC_MAX_STAGES], distance;
+    const number *u = d->stages + (size_t)last * bgc_chunked(n), *before = u - bgc_chunked(n);
+    double weight[BGC_MAX_STAGES];
+    number distance, change;
 
-    bgc_weigh_distance(tableau, weight);
+    for (int j = 0; j < last; j++) {
+        weight[j] = tableau->a[last][j] - tableau->a[last - 1][j];
+    }
     memset(d->point, 0, (size_t)n * sizeof *d->point);
     bgc_combine(n, last, weight, d->stages, d->point);
     for (int i = 0; i < n; i++) {
         d->right[i] = u[i] - before[i];
     }
     distance = bgc_norm(m, d, d->point, d->x, d->next);
-    return distance > 0.0 ? bgc_norm(m, d, d->right, d->x, d->next) / distance : 0.0;
+    change = bgc_norm(m, d, d->right, d->x, d->next);
+    return bgc_largest_together(d, number_select(distance > number_of(0.0), change / distance,
+                                                 number_of(0.0)));
 }
 
-static bgc_estimate continue_estimate(void *run, double enough) {
-    const bgc_single *single = run;
+/* After an accepted step of length h to d->next at t, by which d->core.h_next is the next one, before that
+ * becomes the present: the method that takes it. */
+void bgc_choose_method(const bgc_model *m, bgc_ivp *d, double t, double h) {
+    bgc_choice *choice = &d->core.choice;
 
-    return bgc_continue_estimate(single->m, single->d, enough);
-}
+    if (choice->partner < 0 || d->core.algebraic > 0) {
+        return;
+    }
+    choice->attempts++;
+    d->core.counts.explicit_steps += choice->is_explicit;
 
-/* The chooser of a run with error control. */
-bgc_chooser bgc_chooser_of(bgc_single *single) {
-    bgc_core *core = &single->d->core;
-
-    return (bgc_chooser){
-        .option = core,
-        .explicit_cost = single->m->explicit_cost,
-        .choice = &core->choice,
-        .counts = &core->counts,
-        .spectrum = &core->spectrum,
-        .h_next = &core->h_next,
-        .error_old = &core->error_old,
-        .held = &core->held,
-        .find_product = step_times_eigenvalue,
-        .continue_estimate = continue_estimate,
-        .run = single,
-    };
-}
-
-/* After an accepted step of length h to d->next at t, before that becomes the present. */
-void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h) {
-    bgc_single single = {m, d};
-
-    if (d->core.choice.partner >= 0 && d->core.algebraic == 0) {
-        const bgc_chooser of = bgc_chooser_of(&single);
-        bgc_choose(&of, t, h);
+    if (choice->is_explicit) {
+        const double product = step_times_eigenvalue(m, d);
+        choice->unexcited = count_leakily(choice->unexcited, product > longest_resolved(&d->core));
+        choice->limited = resolves(m, d, d->core.h_next) ? 0 : choice->limited + 1;
+        if (choice->is_trial) {
+            judge_partner(m, d, t);
+        }
+        if (choice->is_explicit) {
+            leave_partner(m, d, t);
+        }
+    } else if (choice->is_trial) {
+        judge_implicit(m, d, t, h);
+    } else if (choice->attempts >= choice->wait && partner_pays(m, d, h)) {
+        bgc_change_method(d, t, 1.0 / permitted_next(d), 1);
+        d->core.h_next *= shorter;
     }
 }
 
-/* After a rejected attempt, the present number core->rejected in a row. */
-void bgc_count_rejection(const bgc_model *m, bgc_data *d) {
-    bgc_single single = {m, d};
-    const bgc_chooser of = bgc_chooser_of(&single);
+/* After a rejected attempt, the present number core.rejected in a row. */
+void bgc_count_rejection(bgc_ivp *d) {
+    bgc_choice *choice = &d->core.choice;
 
-    bgc_enter_rejection(&of, d->core.t, d->core.rejected);
+    choice->attempts++;
+    if (choice->is_explicit && d->core.rejected >= MOST_REJECTIONS) {
+        wait_longer(choice);
+        bgc_change_method(d, d->core.t, 0.0, 0);
+    }
 }

@@ -3,7 +3,8 @@
  * that instance, from the start of the step of the batch to its end, so that events and sub-steps need
  * no second implementation. Such steps are few.
  */
-#include "lanes/batch.h"
+#include "lanes/alone.h"
+#include "control.h"
 #include "modes.h"
 
 /* Whether lane l is in the set. */
@@ -22,7 +23,7 @@ static void load_inputs(bgc_batch *b, int l, const bgc_data *d) {
 }
 
 /* The same for all instances, at the start of a run. Lanes beyond the last instance copy it. */
-void bgc_batch_load_inputs(bgc_batch *b, int count) {
+void bgc_load_inputs(bgc_batch *b, int count) {
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         bgc_data *d = b->instance[l < count ? l : count - 1];
         bgc_find_modes(b->m, d);
@@ -32,11 +33,11 @@ void bgc_batch_load_inputs(bgc_batch *b, int count) {
 
 /* Where a sample of a sampled batch is due, reads the devices of every instance and writes its
  * commands. */
-void bgc_batch_sample(bgc_batch *b) {
+void bgc_sample_all(bgc_batch *b) {
     const bgc_model *m = b->m;
-    const double due = b->option->origin + (double)b->sample * b->option->period;
+    const double due = b->core.origin + (double)b->core.sample * b->core.period;
 
-    if (b->t < due - bgc_batch_slack(b)) {
+    if (b->core.t < due - bgc_time_slack(b->core.t, b->core.t_old)) {
         return;
     }
     for (int l = 0; l < BGC_LANE_WIDTH && (m->n_input > 0 || m->n_device > 0); l++) {
@@ -47,17 +48,17 @@ void bgc_batch_sample(bgc_batch *b) {
         for (int i = 0; i < m->n_state; i++) {
             d->x[i] = lane_get(b->x[i], l);
         }
-        d->core.t = b->t;
-        d->core.t_old = b->t_old;
-        d->core.sample = b->sample;
+        d->core.t = b->core.t;
+        d->core.t_old = b->core.t_old;
+        d->core.sample = b->core.sample;
         bgc_schedule(&d->core);
         if (bgc_sample(m, d) != BGC_OK) {
             b->active &= ~(1u << l);
         }
         load_inputs(b, l, d);
-        bgc_batch_forget_f(b);
+        b->core.f_valid = b->core.jac_valid = 0;
     }
-    b->sample++;
+    b->core.sample++;
 }
 
 /* --- steps in which a law may switch ------------------------------------------------------- */
@@ -66,13 +67,14 @@ void bgc_batch_sample(bgc_batch *b) {
 static void evaluate_sample(bgc_batch *b, int i) {
     const bgc_model *m = b->m;
     const double part = i == 0 ? 0.0 : bgc_sample_at[i - 1];
-    const double t = i == BGC_SAMPLES ? b->t : b->t_old + part * (b->t - b->t_old);
-    const lane *x = i == 0 ? b->y0 : i == BGC_SAMPLES ? b->x : b->point;
+    const double start = b->core.t_old, end = b->core.t_end;
+    const double t = i == BGC_SAMPLES ? end : start + part * (end - start);
+    const lane *x = i == 0 ? b->y0 : i == BGC_SAMPLES ? b->y1 : b->point;
 
     if (x == b->point && m->n_switch_state > 0) {
-        bgc_batch_interpolate_some(b, t, m->n_switch_state, m->switch_state);
+        bgc_interpolate_some(m, b, t, m->n_switch_state, m->switch_state, b->point);
     } else if (x == b->point) {
-        bgc_batch_interpolate(b, t);
+        bgc_interpolate(m, b, t, b->point);
     }
     b->kernel->switches(b->h, lane_of(t), x, b->u, b->argument + (size_t)(i * m->n_switch), b->work);
 }
@@ -96,7 +98,7 @@ static unsigned look_at_timed(bgc_batch *b) {
         double inside, outside;
         bgc_outlook outlook;
         if (is_among(b->active, l)) {
-            outlook = bgc_find_time_event(b->m, b->instance[l], b->t_old, b->t, &inside, &outside);
+            outlook = bgc_find_time_event(b->m, b->instance[l], b->core.t_old, b->core.t_end, &inside, &outside);
             b->single |= outlook == BGC_LEAVES ? 1u << l : 0u;
             undecided |= outlook == BGC_UNDECIDED ? 1u << l : 0u;
         }
@@ -149,7 +151,7 @@ static int is_any_unresolved(bgc_batch *b, unsigned timed) {
             b->extent[k] = lane_max(b->extent[k], lane_fabs(z[i]));
         }
         found |= bgc_lanes_where(b, (bgc_excess_over_cubic(z) > lane_of(0.0)) & (nearest < high - low) &
-                                        (high - low > lane_of(b->option->rtol) * b->extent[k])) &
+                                        (high - low > lane_of(b->core.rtol) * b->extent[k])) &
                  (k < m->n_timed ? timed : ~0u);
     }
     return found != 0;
@@ -157,15 +159,15 @@ static int is_any_unresolved(bgc_batch *b, unsigned timed) {
 
 /* Adds to `single` the lanes in which a law may switch in the last step, and notes whether an argument came near to its
  * edge, and for how many steps in a row one has varied too fast. */
-void bgc_batch_watch_switches(bgc_batch *b) {
+void bgc_watch_switches(bgc_batch *b) {
     const unsigned timed = look_at_timed(b);
     int unresolved;
 
     if (timed == 0 && b->m->n_timed == b->m->n_switch) {
         return;
     }
-    unresolved = b->unresolved;
-    b->unresolved = b->near_edge = 0;
+    unresolved = b->core.unresolved;
+    b->core.unresolved = b->core.near_edge = 0;
     for (int i = 0; i <= BGC_SAMPLES; i++) {
         if (is_first(i)) {
             evaluate_sample(b, i);
@@ -174,25 +176,25 @@ void bgc_batch_watch_switches(bgc_batch *b) {
     if (find_near(b, timed, 0, bgc_far_from_edge) == 0) {
         return;
     }
-    b->near_edge = 1;
+    b->core.near_edge = 1;
     for (int i = 1; i < BGC_SAMPLES; i++) {
         if (!is_first(i)) {
             evaluate_sample(b, i);
         }
     }
     b->single |= find_near(b, timed, 1, 1.0);
-    b->unresolved = is_any_unresolved(b, timed) ? unresolved + 1 : 0;
+    b->core.unresolved = is_any_unresolved(b, timed) ? unresolved + 1 : 0;
 }
 
 /* Adds to `single` the lanes in which a function of states may have a pulse that the last step hides. */
-void bgc_batch_watch_pulses(bgc_batch *b) {
+void bgc_watch_pulses(bgc_batch *b) {
     const bgc_model *m = b->m;
 
     for (int i = 0; i <= BGC_SAMPLES && m->n_watch > 0; i++) {
         const double part = i == 0 ? 0.0 : bgc_sample_at[i - 1];
-        const double t = b->t_old + part * (b->t - b->t_old);
+        const double t = b->core.t_old + part * (b->core.t_end - b->core.t_old);
         if (i > 0) {
-            bgc_batch_interpolate(b, t);
+            bgc_interpolate(m, b, t, b->point);
         }
         b->kernel->watched(b->h, lane_of(t), i == 0 ? b->y0 : b->point, b->u,
                            b->hiding + (size_t)(i * m->n_watch), b->work);
@@ -210,6 +212,71 @@ void bgc_batch_watch_pulses(bgc_batch *b) {
 
 /* --- single steps -------------------------------------------------------------------------- */
 
+/* The lanes that take the last step together. */
+lane_mask bgc_together(const bgc_batch *b) {
+    lane single = lane_of(0.0);
+
+    for (int l = 0; b->single != 0 && l < BGC_LANE_WIDTH; l++) {
+        lane_set(&single, l, is_among(b->single, l) ? 1.0 : 0.0);
+    }
+    return single == lane_of(0.0);
+}
+
+/* Copies the multiples of the tolerances between which nothing happens to a state to lane l. */
+static void load_subtolerance(bgc_batch *b, int l, const bgc_data *d) {
+    for (int i = 0; i < b->m->n_state; i++) {
+        lane_set(b->subtol_from + i, l, d->subtol_from[i]);
+        lane_set(b->subtol_to + i, l, d->subtol_to[i]);
+    }
+}
+
+/* Follows state i in the lanes in which it has changed. Those that take the step by themselves follow it there. */
+void bgc_follow_where(bgc_batch *b, int i, lane_mask changed, lane limit, double t) {
+    const unsigned lanes = bgc_lanes_where(b, changed) & ~b->single;
+
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if (is_among(lanes, l)) {
+            bgc_follow_subtolerance_state(b->instance[l], i, lane_get(b->next[i], l),
+                                          lane_get(limit, l), t);
+            load_subtolerance(b, l, b->instance[l]);
+        }
+    }
+}
+
+/* A method of one stage compares it with that of the step before, where a second stage would be: gives it to a
+ * lane that takes the last step by itself, */
+static void give_stage(const bgc_batch *b, int l, bgc_data *d) {
+    const int n = b->m->n_state;
+
+    for (int i = 0; b->method->tableau->stages == 1 && i < n; i++) {
+        d->stages[bgc_padded(n) + (size_t)i] = lane_get(b->stages[n + i], l);
+    }
+}
+
+/* and takes the stage of its own last step. */
+static void take_stage(const bgc_batch *b, int l, const bgc_data *d) {
+    const int n = b->m->n_state;
+
+    for (int i = 0; b->method->tableau->stages == 1 && i < n; i++) {
+        lane_set(b->stages + n + i, l, d->stages[i]);
+    }
+}
+
+/* Steps that an instance takes by itself, within one of the batch, before it makes a choice of its own. */
+enum { STEPS_WITHOUT_CHOICE = 32 };
+
+/* Gives an instance, which takes the last step by itself, the method of that step. */
+static void give_method(const bgc_batch *b, bgc_data *d) {
+    const bgc_choice *choice = &b->core.choice;
+
+    d->core.choice = (bgc_choice){.partner = choice->partner,
+                                  .is_explicit = b->method != &bgc_methods[b->core.method],
+                                  .usual = choice->usual,
+                                  .wait = STEPS_WITHOUT_CHOICE,
+                                  .look = STEPS_WITHOUT_CHOICE};
+    d->core.spectrum.radius = b->core.spectrum.radius;
+}
+
 /* Sets an instance to the start of the last step. */
 static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     bgc_core *core = &d->core;
@@ -217,34 +284,34 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     for (int i = 0; i < b->m->n_state; i++) {
         d->x[i] = lane_get(b->y0[i], l);
     }
-    core->t = core->t_old = core->t_end = b->t_old;
-    core->ticks = b->ticks;
-    core->sample = b->sample;
+    core->t = core->t_old = core->t_end = b->core.t_old;
+    core->ticks = b->core.ticks;
+    core->sample = b->core.sample;
     bgc_schedule(core);
     core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
     bgc_check_within(d);
     bgc_begin_sample(core);
-    bgc_batch_give_stage(b, l, d);
-    bgc_batch_give_method(b, d);
-    core->h_next = b->t - b->t_old;
+    give_stage(b, l, d);
+    give_method(b, d);
+    core->h_next = b->core.t_end - b->core.t_old;
     core->error_old = 1.0;
     core->counts.scale_reached = lane_get(b->scale_reached, l);
-    core->counts.steps = b->counts.steps;
-    if (b->option->accounts) {
-        core->supplied = lane_get(b->supplied, l);
-        core->dissipated = lane_get(b->dissipated, l);
-        core->imbalance = lane_get(b->imbalance, l);
-        core->largest_account = lane_get(b->largest_account, l);
-        core->counts.exchanged = lane_get(b->exchanged, l);
+    core->counts.steps = b->core.counts.steps;
+    if (b->core.accounts) {
+        core->supplied = lane_get(b->account.supplied, l);
+        core->dissipated = lane_get(b->account.dissipated, l);
+        core->imbalance = lane_get(b->account.imbalance, l);
+        core->largest_account = lane_get(b->account.largest_account, l);
+        core->counts.exchanged = lane_get(b->account.exchanged, l);
         core->energy_scale =
-            bgc_is_adaptive(b->method) ? lane_get(b->energy_scale, l) : core->energy_scale;
+            bgc_is_adaptive(b->method) ? lane_get(b->account.energy_scale, l) : core->energy_scale;
     }
 }
 
 /* Runs an instance from there to the present, with the rows between. */
 static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
-    const double end = b->t, slack = bgc_batch_slack(b);
+    const double end = b->core.t_end, slack = bgc_time_slack(end, b->core.t_old);
     size_t count = 0, done;
     bgc_status status;
 
@@ -253,7 +320,7 @@ static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
     }
     d->core.stop = end;
     status = bgc_run(b->m, d, b->times + b->row, count,
-                     b->rows[l] + b->row * bgc_batch_row_width(b), &done);
+                     b->rows[l] + b->row * bgc_row_width(b), &done);
     if (status == BGC_OK && d->core.t < end - slack) {
         status = bgc_run(b->m, d, &end, 1, b->spare_row, &done);
     }
@@ -263,7 +330,7 @@ static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
 
 /* After a step of the batch, before it enters the accounts: single lanes take it by themselves. An
  * instance that fails leaves the batch. */
-void bgc_batch_step_alone(bgc_batch *b) {
+void bgc_step_alone(bgc_batch *b) {
     for (int l = 0; b->single != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->single & b->active, l)) {
             bgc_data *d = b->instance[l];
@@ -277,9 +344,8 @@ void bgc_batch_step_alone(bgc_batch *b) {
 }
 
 /* Copies their results to the lanes, which go on with the batch. */
-void bgc_batch_rejoin(bgc_batch *b) {
+void bgc_rejoin(bgc_batch *b) {
     b->written = b->single & b->active;
-    b->apart = b->written != 0;
     for (int l = 0; b->written != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->written, l)) {
             const bgc_data *d = b->instance[l];
@@ -288,14 +354,14 @@ void bgc_batch_rejoin(bgc_batch *b) {
                 lane_set(b->x + i, l, d->x[i]);
             }
             load_inputs(b, l, d);
-            bgc_batch_take_stage(b, l, d);
-            lane_set(&b->supplied, l, core->supplied);
-            lane_set(&b->dissipated, l, core->dissipated);
-            lane_set(&b->imbalance, l, core->imbalance);
-            lane_set(&b->largest_account, l, core->largest_account);
-            lane_set(&b->exchanged, l, core->counts.exchanged);
-            b->held = 0;
-            bgc_batch_forget_f(b);
+            take_stage(b, l, d);
+            load_subtolerance(b, l, d);
+            lane_set(&b->account.supplied, l, core->supplied);
+            lane_set(&b->account.dissipated, l, core->dissipated);
+            lane_set(&b->account.imbalance, l, core->imbalance);
+            lane_set(&b->account.largest_account, l, core->largest_account);
+            lane_set(&b->account.exchanged, l, core->counts.exchanged);
+            b->core.held = b->core.f_valid = 0;
         }
     }
 }

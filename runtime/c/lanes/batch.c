@@ -1,5 +1,6 @@
 /* batch.c: a run of a batch of instances: memory, start, rows, end. */
-#include "lanes/batch.h"
+#include "lanes/alone.h"
+#include "control.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -31,6 +32,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->h = place(&at, m->n_hoist);
     b->x = place(&at, n);
     b->u = place(&at, m->n_input + m->n_switch);
+    b->u_step = place(&at, m->n_input + m->n_switch);
     b->mass = place(&at, m->n_mass);
     b->scale = place(&at, unknowns);
     b->inverse_mass = place(&at, n);
@@ -42,6 +44,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
 
     /* A step: dense output, stages, error, and right-hand sides with inner unknowns. */
     b->y0 = place(&at, n);
+    b->y1 = place(&at, n);
     b->k = place(&at, BGC_MAX_DENSE * n);
     b->stages = place(&at, BGC_MAX_STAGES * n);
     b->direction = place(&at, n);
@@ -49,7 +52,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->next = place(&at, n);
     b->error = place(&at, n);
     b->point = place(&at, n);
-    b->b = place(&at, n);
+    b->right = place(&at, n);
+    b->b = place(&at, unknowns);
     b->wide = place(&at, unknowns);
     b->residual = place(&at, unknowns);
     b->reach = place(&at, unknowns);
@@ -66,9 +70,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->correction = place(&at, n);
     b->corrected_at = place(&at, n);
     b->range = place(&at, n);
-    b->resolved = place(&at, n);
-    b->shifted = place(&at, n);
-    b->shifted_f = place(&at, n);
+    b->trial = place(&at, n);
+    b->change = place(&at, n);
     b->noise = place(&at, n);
     b->subtol_from = place(&at, n);
     b->subtol_to = place(&at, n);
@@ -103,12 +106,7 @@ static int may_join(const bgc_batch *b, const bgc_data *d) {
     if (!d->core.ready || d->core.algebraic > 0) {
         return 0;
     }
-    for (int i = 0; !b->method->family->jacobian && i < b->m->n_state; i++) {
-        if (d->inverse_mass[i] == 0.0) {
-            return 0;
-        }
-    }
-    return 1;
+    return b->method->family->jacobian || bgc_coupled_rate(b->m, d) < 0;
 }
 
 /* Loads the instances at their initial states. Lanes beyond the last instance copy it. */
@@ -123,33 +121,42 @@ static void load_instances(bgc_batch *b, int count) {
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
     gather(b, count, n, b->subtol_from, offsetof(bgc_data, subtol_from));
     gather(b, count, n, b->subtol_to, offsetof(bgc_data, subtol_to));
-    bgc_batch_load_inputs(b, count);
+    bgc_load_inputs(b, count);
 
     /* Lanes that join, and their accounts. */
-    b->stored0 = lane_of(0.0);
     for (int l = 0; l < count; l++) {
-        lane_set(&b->stored0, l, b->instance[l]->core.stored0);
+        lane_set(&b->account.stored0, l, b->instance[l]->core.stored0);
         b->active |= may_join(b, b->instance[l]) ? 1u << l : 0u;
     }
-    b->supplied = b->dissipated = b->imbalance = lane_of(0.0);
-    b->t = b->t_old = b->option->t;
-    bgc_batch_forget_f(b);
-    b->error_old = 1.0;
-    b->largest_account = b->energy_scale = b->scale_reached = lane_of(0.0);
-    b->rounding = b->largest_rounding = lane_of(0.0);
-    bgc_batch_begin_choice(b);
-    bgc_batch_begin_corrections(b);
 
     /* The energy that counts as small, of each instance. */
-    for (int l = 0; l < BGC_LANE_WIDTH && b->option->accounts && bgc_is_adaptive(b->method); l++) {
+    for (int l = 0; l < BGC_LANE_WIDTH && b->core.accounts && bgc_is_adaptive(b->method); l++) {
         bgc_data *d = b->instance[l < count ? l : count - 1];
         bgc_hold_modes(m, d);
         bgc_settle_energy_scale(m, d);
         bgc_release_modes(m, d);
-        lane_set(&b->energy_scale, l, d->core.energy_scale);
+        lane_set(&b->account.energy_scale, l, d->core.energy_scale);
     }
-    b->exchanged = lane_max(lane_fabs(b->stored0), b->option->rtol * b->energy_scale);
-    bgc_batch_check(b, b->t, b->x);
+    b->account.exchanged =
+        lane_max(lane_fabs(b->account.stored0), b->core.rtol * b->account.energy_scale);
+    bgc_check_lanes(b);
+}
+
+/* The core of a batch at its start: the options and the time of the first instance. */
+static bgc_core core_of(const bgc_data *first) {
+    bgc_core core = first->core;
+
+    core.counts = (bgc_counts){.worst_step_seconds = 0.0};
+    core.ticks = core.sample = 0;
+    core.t_old = core.t_end = core.t;
+    core.algebraic = core.event = core.left = 0;
+    core.f_valid = core.jac_valid = core.held = core.watched = 0;
+    core.dense = BGC_NO_DENSE;
+    core.pivoting = BGC_STATIC;
+    core.h_next = 0.0;
+    core.error_old = 1.0;
+    core.rejected = core.account_rejections = core.near_edge = core.unresolved = 0;
+    return core;
 }
 
 /* Integrates until the present is at or beyond t, or no lane is active. */
@@ -157,24 +164,41 @@ static bgc_status advance_to(bgc_batch *b, double t) {
     bgc_data *first = b->instance[0];
 
     for (long attempts = 0;; attempts++) {
-        if (b->option->period > 0.0 && b->t <= t + bgc_batch_slack(b)) {
-            bgc_batch_sample(b);
+        if (b->core.period > 0.0 && b->core.t <= t + bgc_time_slack(b->core.t, b->core.t_old)) {
+            bgc_sample_all(b);
         }
-        if (b->active == 0 || b->t >= t - bgc_batch_slack(b)) {
+        if (b->active == 0 || b->core.t >= t - bgc_time_slack(b->core.t, b->core.t_old)) {
             return BGC_OK;
         }
-        if (attempts >= b->option->max_steps) {
+        if (attempts >= b->core.max_steps) {
             b->active = 0;
             return BGC_OK;
         }
         if (atomic_exchange(&first->stop, 0) != 0) {
             return BGC_INTERRUPTED;
         }
-        bgc_batch_attempt(b);
+        bgc_attempt_together(b);
         if (b->interrupted) {
             return BGC_INTERRUPTED;
         }
-        first->core.t = b->t; /* progress, for other threads */
+        first->core.t = b->core.t; /* progress, for other threads */
+    }
+}
+
+/* Writes the next row of every active lane that does not have it. Lanes whose energies are not finite leave
+ * the batch, and end by themselves. */
+static void write_rows(bgc_batch *b) {
+    const size_t width = bgc_row_width(b);
+    const double t = b->times[b->row];
+
+    bgc_evaluate_row(b->m, b, t, t < b->core.t - bgc_time_slack(b->core.t, b->core.t_old), b->output);
+    if (b->core.accounts) {
+        b->active &= ~bgc_batch_bad(b, 4, b->output + b->m->n_output);
+    }
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        for (size_t j = 0; ((b->active & ~b->written) >> l & 1u) != 0 && j < width; j++) {
+            b->rows[l][b->row * width + j] = lane_get(b->output[j], l);
+        }
     }
 }
 
@@ -186,33 +210,47 @@ static bgc_status run(bgc_batch *b) {
             return status;
         }
         if (b->active != 0) {
-            bgc_batch_row(b);
+            write_rows(b);
         }
     }
     return BGC_OK;
+}
+
+/* At the end of a run: adds the corrections of lane l to those of the steps which it took by itself. */
+static void report_corrections(const bgc_batch *b, int l, bgc_data *d) {
+    for (int i = 0; i < b->m->n_state; i++) {
+        const double correction = lane_get(b->correction[i], l);
+        if (correction > d->correction[i]) {
+            d->correction[i] = correction;
+            d->corrected_at[i] = lane_get(b->corrected_at[i], l);
+        }
+        d->range[i] = fmax(d->range[i], lane_get(b->range[i], l));
+    }
+    bgc_report_correction(b->m, d);
 }
 
 /* Gives each instance the counts of the batch. Its state is not that of the end: it has to be reset. */
 static void store_counts(const bgc_batch *b, int count) {
     for (int l = 0; l < count; l++) {
         bgc_core *core = &b->instance[l]->core;
+        bgc_counts *counts = &core->counts;
         if ((b->active >> l & 1u) != 0) {
-            const bgc_counts own = core->counts;
-            core->counts = b->counts;
-            core->counts.events = own.events;
-            core->counts.subdivided = own.subdivided;
-            core->counts.over_budget = own.over_budget;
-            core->counts.most_attempts = own.most_attempts;
-            core->counts.largest_excess = own.largest_excess;
-            core->counts.excess_time = own.excess_time;
-            core->counts.exchanged = lane_get(b->exchanged, l);
-            core->counts.scale_reached = lane_get(b->scale_reached, l);
-            core->counts.rounding_samples = own.rounding_samples;
-            core->counts.rounding = own.rounding;
-            core->counts.largest_rounding = own.largest_rounding;
-            bgc_batch_report_rounding(b, l, &core->counts);
-            bgc_batch_report_corrections(b, l, b->instance[l]);
-            core->t = b->t;
+            const bgc_counts own = *counts;
+            *counts = b->core.counts;
+            counts->events = own.events;
+            counts->subdivided = own.subdivided;
+            counts->over_budget = own.over_budget;
+            counts->most_attempts = own.most_attempts;
+            counts->largest_excess = own.largest_excess;
+            counts->excess_time = own.excess_time;
+            counts->exchanged = lane_get(b->account.exchanged, l);
+            counts->scale_reached = lane_get(b->scale_reached, l);
+            counts->rounding_samples += own.rounding_samples;
+            counts->rounding = own.rounding + (long)lane_get(b->rounding, l);
+            counts->largest_rounding =
+                fmax(own.largest_rounding, lane_get(b->largest_rounding, l));
+            report_corrections(b, l, b->instance[l]);
+            core->t = b->core.t;
             core->ready = 0;
         }
     }
@@ -224,7 +262,7 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
         .m = m,
         .kernel = bgc_get_lane_model(),
         .instance = instance,
-        .option = &instance[0]->core,
+        .core = core_of(instance[0]),
         .method = &bgc_methods[instance[0]->core.method],
         .times = times,
         .rows = rows,
@@ -245,6 +283,7 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
         return BGC_NO_MEMORY;
     }
     place_all(&b, memory);
+    bgc_reset_choice(m, &b);
     load_instances(&b, count);
     status = run(&b);
     store_counts(&b, count);

@@ -1,0 +1,78 @@
+/* checks.c: checks of one instance: finite numbers, states that explicit methods can integrate, assertions, and
+ * fixed steps that were far too long. */
+#include "bgc_internal.h"
+
+#include <math.h>
+
+/* A correction relative to the range of a state. An oscillation at 0.9 radians a step reaches this;
+ * steps that resolve their motion stay below 0.1, most of them far below. */
+static const double unresolved_part = 0.15;
+
+/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and a NaN otherwise, so
+ * that finite vectors take one pass without branches. */
+int bgc_first_bad(int n, const double *v) {
+    double sum[BGC_LANES] = {0.0}, all = 0.0;
+    int i = 0;
+
+    for (; i + BGC_LANES <= n; i += BGC_LANES) {
+        for (int l = 0; l < BGC_LANES; l++) {
+            sum[l] += v[i + l] - v[i + l];
+        }
+    }
+    for (; i < n; i++) {
+        all += v[i] - v[i];
+    }
+    for (int l = 0; l < BGC_LANES; l++) {
+        all += sum[l];
+    }
+    if (all == 0.0) {
+        return -1;
+    }
+    for (i = 0; i < n; i++) {
+        if (!isfinite(v[i])) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* The first state whose rate is coupled to others by M, so that explicit methods do not serve; or -1. */
+int bgc_coupled_rate(const bgc_model *m, const bgc_data *d) {
+    for (int i = 0; i < m->n_state; i++) {
+        if (d->inverse_mass[i] == 0.0 && d->algebraic[i] == 0.0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* BGC_ASSERTION where an assertion fails at (t, x) or is undefined: core.failed_assertion. */
+bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x) {
+    if (m->n_assert == 0) {
+        return BGC_OK;
+    }
+    m->asserts(d->h, t, x, d->u, d->check, d->work);
+    for (int k = 0; k < m->n_assert; k++) {
+        if (!(fabs(d->check[k]) > 0.0)) {
+            d->core.failed_assertion = k;
+            return BGC_ASSERTION;
+        }
+    }
+    return BGC_OK;
+}
+
+/* Reports in the counts the largest correction that shows too long a step. States without a rate may
+ * jump, and do not count. */
+void bgc_report_correction(const bgc_model *m, bgc_data *d) {
+    bgc_counts *counts = &d->core.counts;
+
+    counts->largest_correction = 0.0;
+    for (int i = 0; i < m->n_state; i++) {
+        const double part = d->correction[i] / fmax(d->scale[i], d->range[i]);
+        if (d->algebraic[i] == 0.0 && part > fmax(unresolved_part, counts->largest_correction)) {
+            counts->largest_correction = part;
+            counts->correction_time = d->corrected_at[i];
+            counts->correction_state = i;
+        }
+    }
+}

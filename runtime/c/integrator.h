@@ -1,0 +1,297 @@
+/* integrator.h: the functions of the integrator that are compiled twice, from one source: on doubles for one
+ * instance, and with BGC_IN_LANES on lanes for a batch of instances that take their steps together.
+ *
+ * In both, `number` is the type of numbers (number.h) and `bgc_ivp` that of the data: initial value problems
+ * on their way, bgc_data or bgc_batch (lanes/batch.h), whose members have the same names. The differences
+ * are the inline functions below: a condition on one instance is a status, on a batch a set of lanes that
+ * go on by themselves.
+ */
+#ifndef BGC_INTEGRATOR_H
+#define BGC_INTEGRATOR_H
+
+#include "number.h"
+
+#include <string.h>
+
+#ifdef BGC_IN_LANES
+
+typedef bgc_batch bgc_ivp; /* lanes/batch.h, which comes first */
+typedef bgc_lane_accounts bgc_accounts;
+
+#define bgc_combine bgc_batch_combine
+#define bgc_norm bgc_batch_norm
+#define bgc_norm_within bgc_batch_norm_within
+#define bgc_multiply_mass bgc_batch_multiply_mass
+#define bgc_raise_to_least_part bgc_batch_raise_to_least_part
+#define bgc_backward_error bgc_batch_backward_error
+#define bgc_evaluate_f bgc_batch_evaluate_f
+#define bgc_evaluate_jacobian bgc_batch_evaluate_jacobian
+#define bgc_factorise bgc_batch_factorise
+#define bgc_solve bgc_batch_solve
+#define bgc_rosenbrock bgc_batch_rosenbrock
+#define bgc_runge_kutta bgc_batch_runge_kutta
+#define bgc_sum_stages bgc_batch_sum_stages
+#define bgc_interpolate_stages bgc_batch_interpolate_stages
+#define bgc_correction_of_stages bgc_batch_correction_of_stages
+#define bgc_store_dense bgc_batch_store_dense
+#define bgc_interpolate bgc_batch_interpolate
+#define bgc_interpolate_all bgc_batch_interpolate_all
+#define bgc_interpolate_some bgc_batch_interpolate_some
+#define bgc_dense_slope bgc_batch_dense_slope
+#define bgc_dense_error bgc_batch_dense_error
+#define bgc_integrate_energy bgc_batch_integrate_energy
+#define bgc_balance_step bgc_batch_balance_step
+#define bgc_drift_error bgc_batch_drift_error
+#define bgc_enter_balance bgc_batch_enter_balance
+#define bgc_accept bgc_batch_accept
+#define bgc_evaluate_row bgc_batch_evaluate_row
+#define bgc_samples_rounding bgc_batch_samples_rounding
+#define bgc_try_perturbed bgc_batch_try_perturbed
+#define bgc_judge_rounding bgc_batch_judge_rounding
+#define bgc_follow_subtolerance bgc_batch_follow_subtolerance
+#define bgc_reset_corrections bgc_batch_reset_corrections
+#define bgc_record_correction bgc_batch_record_correction
+#define bgc_continue_estimate bgc_batch_continue_estimate
+#define bgc_present_method bgc_batch_present_method
+#define bgc_reset_choice bgc_batch_reset_choice
+#define bgc_change_method bgc_batch_change_method
+#define bgc_choose_method bgc_batch_choose_method
+#define bgc_count_rejection bgc_batch_count_rejection
+#define bgc_choose_fixed_method bgc_batch_choose_fixed_method
+#define bgc_return_from_partner bgc_batch_return_from_partner
+#define bgc_rejects_explicit_step bgc_batch_rejects_explicit_step
+
+/* The functions of the model. */
+static inline const bgc_lane_model *bgc_functions(const bgc_model *m, const bgc_ivp *d) {
+    (void)m;
+    return d->kernel;
+}
+
+static inline number bgc_reached(const bgc_ivp *d) { return d->scale_reached; }
+static inline bgc_accounts *bgc_accounts_of(bgc_ivp *d) { return &d->account; }
+static inline number *bgc_exchanged(bgc_ivp *d) { return &d->account.exchanged; }
+static inline number *bgc_newest_radius(bgc_ivp *d) { return &d->newest; }
+
+/* Whether a condition holds in any active lane; the largest number in these, or in those that take the last
+ * step together. */
+static inline int bgc_holds_in_any(const bgc_ivp *d, number_mask condition) {
+    return bgc_lanes_where(d, condition) != 0;
+}
+double bgc_largest_in(unsigned lanes, lane v);
+static inline double bgc_largest(const bgc_ivp *d, number v) {
+    return bgc_largest_in(d->active, v);
+}
+static inline double bgc_largest_together(const bgc_ivp *d, number v) {
+    return fmax(0.0, bgc_largest_in(d->active & ~d->single, v));
+}
+number_mask bgc_together(const bgc_ivp *d);
+unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+static inline int bgc_is_finite(const bgc_ivp *d, int n, const number *v) {
+    return bgc_batch_bad(d, n, v) == 0;
+}
+
+/* Instances with algebraic equations or closed chains run alone. */
+static inline bgc_status bgc_satisfy_rows(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    (void)m, (void)d, (void)t, (void)x;
+    return BGC_OK;
+}
+static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    (void)m, (void)d, (void)t, (void)x;
+}
+
+/* One step of the method: bgc_family. */
+bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
+    return method->family->jacobian ? bgc_rosenbrock(m, d, method, h) : bgc_runge_kutta(m, d, method, h);
+}
+int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
+    return bgc_interpolate_stages(m, d, method);
+}
+void bgc_correction_of_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method, number *change);
+static inline void bgc_integrate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                    number power[2]) {
+    (void)m, (void)d, (void)method, (void)power; /* collocation methods alone have one */
+}
+static inline void bgc_correct_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                  number *change) {
+    bgc_correction_of_stages(m, d, method, change);
+}
+
+/* State i has passed a multiple of its tolerance where `changed`, in a step to t. */
+void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, double t);
+
+/* After an attempt from a perturbed state: in which lanes rounding dominates its error. */
+static inline void bgc_enter_rounding(bgc_ivp *d, number_mask found, number noise) {
+    d->core.counts.rounding_samples++;
+    d->rounding += lane_select(found, lane_of(1.0), lane_of(0.0));
+    d->largest_rounding = lane_select(found, number_larger(d->largest_rounding, noise), d->largest_rounding);
+}
+
+#else
+
+#include "instance.h"
+
+typedef bgc_data bgc_ivp;
+typedef bgc_core bgc_accounts;
+
+static inline const bgc_model *bgc_functions(const bgc_model *m, const bgc_ivp *d) {
+    (void)d;
+    return m;
+}
+
+static inline number bgc_reached(const bgc_ivp *d) { return d->core.counts.scale_reached; }
+static inline bgc_accounts *bgc_accounts_of(bgc_ivp *d) { return &d->core; }
+static inline number *bgc_exchanged(bgc_ivp *d) { return &d->core.counts.exchanged; }
+static inline number *bgc_newest_radius(bgc_ivp *d) { return &d->core.spectrum.newest; }
+static inline int bgc_holds_in_any(const bgc_ivp *d, number_mask condition) {
+    (void)d;
+    return condition;
+}
+static inline double bgc_largest(const bgc_ivp *d, number v) {
+    (void)d;
+    return v;
+}
+static inline double bgc_largest_together(const bgc_ivp *d, number v) {
+    (void)d;
+    return v;
+}
+static inline number_mask bgc_together(const bgc_ivp *d) {
+    (void)d;
+    return 1;
+}
+static inline int bgc_is_finite(const bgc_ivp *d, int n, const number *v) {
+    (void)d;
+    return bgc_first_bad(n, v) < 0;
+}
+static inline bgc_status bgc_satisfy_rows(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    return bgc_satisfy(m, d, t, x);
+}
+/* Closes the chains of a state inside the last step. Where that fails, x is as accurate as the step. */
+static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, number *x) {
+    const size_t size = (size_t)m->n_state * sizeof *x;
+
+    memcpy(d->magnitude, x, size);
+    if (bgc_close_chains(m, d, t, x) != BGC_OK) {
+        memcpy(x, d->magnitude, size);
+    }
+}
+static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
+    return method->family->advance(m, d, method, h);
+}
+static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
+    return method->family->interpolate != NULL && method->family->interpolate(m, d, method);
+}
+static inline void bgc_integrate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                    number power[2]) {
+    method->family->quadrature(m, d, method, power);
+}
+static inline void bgc_correct_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                  number *change) {
+    method->family->correction(m, d, method, change);
+}
+static inline void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, double t) {
+    (void)changed;
+    bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
+}
+static inline void bgc_enter_rounding(bgc_ivp *d, number_mask found, number noise) {
+    bgc_counts *counts = &d->core.counts;
+
+    counts->rounding_samples++;
+    if (found) {
+        counts->rounding++;
+        counts->largest_rounding = number_larger(counts->largest_rounding, noise);
+    }
+}
+
+#endif
+
+/* Energies of one step, J. */
+typedef struct {
+    number supplied, dissipated; /* integrals of the powers */
+    number moved;  /* the larger of the integrals of their absolute values */
+    number error;  /* the larger error of the two integrals */
+    number stored; /* at the end of the step, absolute */
+} bgc_balance;
+
+/* --- vectors.c */
+void bgc_combine(int n, int count, const double *weight, const number *vectors, number *out);
+number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
+                       const number *b, double rtol, double atol, number reached);
+number bgc_norm(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
+                const number *b);
+void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const number *v, number *out);
+
+/* --- backward_error.c */
+void bgc_raise_to_least_part(const bgc_model *m, bgc_ivp *d);
+number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b, const number *x);
+
+/* --- linear.c, lanes/lane_stages.c */
+bgc_status bgc_factorise(const bgc_model *m, bgc_ivp *d, double c);
+bgc_status bgc_solve(const bgc_model *m, bgc_ivp *d, number *b);
+
+/* --- evaluate.c */
+void bgc_evaluate_f(const bgc_model *m, bgc_ivp *d);
+void bgc_evaluate_jacobian(const bgc_model *m, bgc_ivp *d);
+
+/* --- rosenbrock.c, explicit.c, stages.c: functions of the families */
+bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+void bgc_correction_of_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                              number *change);
+
+/* --- dense.c */
+void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end);
+void bgc_interpolate(const bgc_model *m, bgc_ivp *d, double t, number *x);
+void bgc_interpolate_all(const bgc_model *m, bgc_ivp *d, double t, number *x);
+void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, const int *state,
+                          number *x);
+void bgc_dense_slope(const bgc_model *m, const bgc_ivp *d, number *slope);
+
+/* --- dense_error.c */
+number bgc_dense_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+
+/* --- accounts.c */
+void bgc_integrate_energy(const bgc_model *m, bgc_ivp *d, double t, number power[2]);
+void bgc_balance_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t,
+                      bgc_balance *balance);
+double bgc_drift_error(bgc_ivp *d, const bgc_balance *balance, double q, double error);
+void bgc_enter_balance(bgc_ivp *d, const bgc_balance *balance);
+
+/* --- acceptance.c */
+void bgc_accept(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance, double t_new);
+
+/* --- rows.c */
+void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int inside, number *row);
+
+/* --- rounding.c */
+int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method);
+int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+void bgc_judge_rounding(const bgc_model *m, bgc_ivp *d, number error);
+
+/* --- corrections.c */
+void bgc_reset_corrections(const bgc_model *m, bgc_ivp *d);
+void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t);
+
+/* --- followed_states.c */
+void bgc_follow_subtolerance(const bgc_model *m, bgc_ivp *d, double t);
+
+/* --- spectrum.c */
+bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_ivp *d, double enough);
+
+/* --- switching.c */
+const bgc_method *bgc_present_method(const bgc_core *core);
+void bgc_reset_choice(const bgc_model *m, bgc_ivp *d);
+void bgc_change_method(bgc_ivp *d, double t, double cost, int is_trial);
+void bgc_choose_method(const bgc_model *m, bgc_ivp *d, double t, double h);
+void bgc_count_rejection(bgc_ivp *d);
+
+/* --- switching_fixed.c */
+void bgc_choose_fixed_method(const bgc_model *m, bgc_ivp *d);
+int bgc_return_from_partner(bgc_ivp *d);
+int bgc_rejects_explicit_step(const bgc_model *m, bgc_ivp *d);
+
+#endif

@@ -1,0 +1,28 @@
+/* alone.h: the functions that the files of a batch share. The integrator's own are in integrator.h. */
+#ifndef BGC_ALONE_H
+#define BGC_ALONE_H
+
+#include "lanes/batch.h"
+
+#include "bgc_internal.h"
+
+/* Number of doubles in a row. */
+static inline size_t bgc_row_width(const bgc_batch *b) {
+    return (size_t)b->m->n_output + (b->core.accounts ? 4 : 0);
+}
+
+/* --- lane_stages.c: bgc_batch_bad, bgc_largest_in (integrator.h) */
+
+/* --- alone.c */
+void bgc_load_inputs(bgc_batch *b, int count);
+void bgc_sample_all(bgc_batch *b);
+void bgc_watch_switches(bgc_batch *b);
+void bgc_watch_pulses(bgc_batch *b);
+void bgc_step_alone(bgc_batch *b);
+void bgc_rejoin(bgc_batch *b);
+
+/* --- lockstep.c */
+void bgc_check_lanes(bgc_batch *b);
+void bgc_attempt_together(bgc_batch *b);
+
+#endif
