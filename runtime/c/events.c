@@ -8,6 +8,7 @@
 #include "control.h"
 #include "switches.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -41,8 +42,7 @@ static void catch_up(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Whether a switch of time alone has left its mode at the end of a step, with its arguments in z: a bracket of
- * the event. */
+/* Whether a switch of time alone has left its mode at `end`, with its arguments in z: a bracket of the event. */
 static int leaves_by_end(const bgc_model *m, bgc_data *d, double end, double *inside, double *outside) {
     double *z = sample_place(m, d, BGC_SAMPLES);
 
@@ -57,15 +57,20 @@ static int leaves_by_end(const bgc_model *m, bgc_data *d, double end, double *in
     return 0;
 }
 
-/* The end of a step: `end`, or the first event before it of a switch that depends on time alone. */
+/* The end of a step: `end`, or the first event before it of a switch that depends on time alone. Events at a
+ * sample, but for rounding, are before it: the step ends behind them all, a few bits after both `time >= 0.6` and
+ * `time > 0.6` have changed, and sample 2 of 0.3 s comes next. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
-    double *z = sample_place(m, d, BGC_SAMPLES), inside, outside;
+    const double rounding = 8.0 * DBL_EPSILON * fabs(end);
+    const int at_sample = end >= d->core.due - bgc_time_slack(end, d->core.t);
+    const double last = at_sample ? end + rounding : end;
+    double *z = sample_place(m, d, BGC_SAMPLES), inside, outside, first;
     bgc_outlook outlook;
 
     if (m->n_timed == 0) {
         return end;
     }
-    outlook = bgc_find_time_event(m, d, d->core.t, end, &inside, &outside);
+    outlook = bgc_find_time_event(m, d, d->core.t, last, &inside, &outside);
     if (outlook == BGC_STAYS) {
         d->core.skipped = 1;
         d->core.event = d->core.near_edge = 0;
@@ -74,13 +79,18 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     if (d->core.skipped) {
         catch_up(m, d);
     }
-    if (outlook == BGC_UNDECIDED && !leaves_by_end(m, d, end, &inside, &outside)) {
+    if (outlook == BGC_UNDECIDED && !leaves_by_end(m, d, last, &inside, &outside)) {
         return end;
     }
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
     bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, inside, d->after);
     bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, outside, z);
-    return bgc_locate_first(m, d, BGC_TIME_ALONE, inside, outside, d->after, z);
+    first = bgc_locate_first(m, d, BGC_TIME_ALONE, inside, outside, d->after, z);
+    if (at_sample && first >= end - rounding) {
+        bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, last, z);
+        return last;
+    }
+    return first;
 }
 
 /* Whether f at the end of the step under way, at time t, is that of the next step as far as is known, and has

@@ -139,6 +139,7 @@ static void clear_run(bgc_core *core, double t) {
     core->watches_chains = core->passes_singular = 0;
     core->chain_pivot = core->next_chain_pivot = 1.0;
     core->t = core->t_old = core->t_end = core->origin = t;
+    core->sampled_at = (double)NAN;
     core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
     bgc_schedule(core);

@@ -70,6 +70,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     if (core->t < core->due - slack) {
         return BGC_OK;
     }
+    core->sampled_at = core->t;
     if (m->n_rate > 0) {
         return sample_parts(m, d, slack);
     }
@@ -135,13 +136,18 @@ static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int take
     }
 }
 
-/* Writes a row: outputs and accounts, at the present or inside the last step. One before an event that the last
- * step ended at is inside, be it by rounding: a row at the time of `time > 1` has the values before.
+/* Whether a row at t is before an event at which the last step ended, be it by rounding: a row at the time of
+ * `time > 1` has the values before. Where a sample is at that time too, the row has the values after both. */
+static int is_before_event(const bgc_core *core, double t) {
+    return t < core->t && core->event_at == core->t && core->sampled_at != core->t &&
+           core->dense != BGC_NO_DENSE;
+}
+
+/* Writes a row: outputs and accounts, at the present or inside the last step.
  * BGC_NOT_FINITE where an energy is not: it overflows before the states that it is a square of. */
 bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
-    const int before_event = t < core->t && core->event_at == core->t && core->dense != BGC_NO_DENSE;
-    const int inside = before_event || t < core->t - bgc_time_slack(core->t, core->t_old);
+    const int inside = is_before_event(core, t) || t < core->t - bgc_time_slack(core->t, core->t_old);
 
     if (inside &&
         (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old))) {

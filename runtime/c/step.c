@@ -334,7 +334,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         t_new = core->t + h;
     }
     stop = bgc_stop_for_switch(m, d, t_new);
-    if (stop < t_new) {
+    if (stop != t_new) {
         t_new = stop;
         h = stop - core->t;
     }

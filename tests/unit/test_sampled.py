@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -162,3 +163,39 @@ def test_a_transfer_function_has_letters_for_held_values(tmp_path):
     function, _, _ = transfer_at(path, Options(), "x", "k", None)
     k, u, x = (sympy.Symbol(name) for name in ("k", "u", "x"))
     assert sympy.simplify(function.expression + u * x / (function.laplace + k * u)) == 0
+
+
+AT_INSTANTS = """model M {
+  param T = 0.3 in 0 .. 1;
+  param at = 0.6 in 0 .. 10;
+  let switched = [if time > at then 1 else 0, if time >= at then 1 else 0,
+              if time < at then 0 else 1, if time <= at then 0 else 1];
+  state x[4] = [0, 0, 0, 0];
+  der(x) = switched/1 s;
+  sample T*1 s {
+    state count = 0;
+    next(count) = count + 1;
+    output seen[4] = switched;
+  }
+}
+scene s of M { observe count, seen, switched, x; run 1; }
+"""
+
+
+@pytest.mark.parametrize("options", [{}, {"solver": "dopri5"}, {"solver": "rk4", "step": 0.01},
+                                     {"solver": "ros34prw", "step": 0.013}])  # fmt: skip
+def test_a_switch_of_time_at_an_instant_comes_before_it_whatever_the_rounding(options, tmp_path):
+    """Multiples of the period lie before, at and after the time of the switch by rounding."""
+    path = tmp_path / "m.bg"
+    path.write_text(AT_INSTANTS)
+    model = bgc.compile(path, preview=True)
+    for period, k in itertools.product([0.05, 0.1, 0.2, 0.3, 0.7], [2, 3, 6, 7]):
+        at = round(period * k, 6)
+        run = model.simulate(
+            at + 3 * period, every=period, parameters={"T": period, "at": at}, **options
+        )
+        rows = np.arange(len(run.time))
+        np.testing.assert_array_equal(run["count"], rows + 1)
+        for name in ("seen", "switched"):
+            np.testing.assert_array_equal(run[name], np.repeat(rows[:, None] >= k, 4, axis=1))
+        np.testing.assert_allclose(run["x"][-1], 3 * period, rtol=1e-9)
