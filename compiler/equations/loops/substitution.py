@@ -71,12 +71,11 @@ class Resolver:
     # --- the search -------------------------------------------------------------------------
 
     def _search(self, root: Node) -> None:
-        final = self.final
-        for members, has_cycle in strong_components(root, self._needs, final.__contains__):
+        for members, has_cycle in strong_components(root, self._needs, self.final.__contains__):
             if has_cycle:
                 self._close(members)
             else:
-                final[members[0]] = self._finish(members[0])
+                self.final[members[0]] = self._finish(members[0])
 
     def _needs(self, node: Node) -> Iterator[Node]:
         """The raw nodes that a node needs, one by one as the earlier ones are resolved."""
@@ -180,6 +179,7 @@ class Resolver:
         )
         self.final.update(solved.final)
         self.algebraic.extend(solved.states)
+        self.resolve_all(members)  # a rate whose weight is zero needs what no unknown needs
         if solved.states or not self._is_one_law(members):
             self.loops.append(solved.loop)
 
