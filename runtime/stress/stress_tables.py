@@ -66,8 +66,10 @@ def _shortened(points: Sequence[Point]) -> str:
 
 
 def _alike(point: Point) -> tuple[Verdict, str]:
+    """The verdict, and what tells failures from each other, or unstable from inaccurate runs."""
     judgement = point.judgement
-    return judgement.verdict, judgement.message[:5] if judgement.verdict is Verdict.FAILS else ""
+    told = judgement.verdict in (Verdict.FAILS, Verdict.WARNED, Verdict.WRONG)
+    return judgement.verdict, judgement.message[:5] if told else ""
 
 
 def _grid_row(point: Point, drives: Sequence[Drive]) -> tuple[str, ...]:
@@ -121,20 +123,24 @@ def _trusted(found: StressMap) -> str:
     for drive in found.drives:
         points = found.of_drive(drive)
         stretch = _stretch_of_use(drive, points)
-        if all(point.judgement.verdict is Verdict.HOLDS for point in points):
+        count = sum(point.judgement.verdict is Verdict.HOLDS for point in points)
+        if count == len(points):
             whole.append(drive.name)
         elif stretch:
             parts.append(f"{drive.name} {_span(stretch, drive.shown)}")
-        elif any(point.judgement.verdict is Verdict.HOLDS for point in points):
-            elsewhere.append(drive.name)
+        elif count and any(point.settings[0][1] == drive.own for point in points):
+            elsewhere.append(f"{drive.name} ({count} of {len(points)} values hold)")
+        elif count:
+            parts.append(f"extreme values of {drive.name} alone")
         else:
             nowhere.append(drive.name)
     holds = [*parts, *([f"all tried values of {_some(whole)}"] if whole else [])]
     said = f"the scene holds for {', '.join(holds)}" if holds else "the scene holds nowhere"
-    if holds and nowhere:
-        said += f", and nowhere for {_some(nowhere)}"
     if elsewhere:
-        said += f"; not at the scene's own value of {_some(elsewhere)}"
+        does_not = f"the scene does not hold at its own value of {_some(elsewhere)}"
+        said = f"{said}; {does_not}" if holds else does_not
+    if nowhere and (holds or elsewhere):
+        said += f", and nowhere for {_some(nowhere)}"
     wrong = dict.fromkeys(point.settings[0][0] for point in found.wrong)
     silent = f"for {_some([*wrong])} some are" if wrong else "no number is"
     return f"{said}; {silent} wrong without a warning"
