@@ -16,7 +16,10 @@ _hints_of = cache(get_type_hints)
 
 
 def to_json(value: Any) -> Any:
-    """Write a dataclass, a tuple or a plain value for JSON; a source as its name alone."""
+    """Write a dataclass, a tuple or a plain value for JSON; a source as its name alone.
+
+    Other values, such as arrays, are left as they are.
+    """
     match value:
         case Source():
             return value.name
@@ -38,6 +41,8 @@ def from_json(kind: Any, value: Any, texts: Mapping[str, str] = _NO_TEXTS) -> An
     if kind is Source:
         return Source(value, texts[value])
     choices = get_args(kind)
+    if get_origin(kind) is type(value):  # an array
+        return value
     if get_origin(kind) is UnionType:
         kind = next((choice for choice in choices if type(value) is choice), choices[0])
         return from_json(kind, value, texts)

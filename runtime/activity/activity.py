@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import statistics
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.diagnostics.catalogue.arguments import bad_option
-from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
+from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
@@ -18,9 +17,9 @@ from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.simplifications import Candidate, keep_variants, possible_changes
-from bgc.runtime.measuring.judging import Accuracy, duration_of, largest_errors, worst_error
-from bgc.runtime.measuring.timed_run import Run, reason_of, timed_run
-from bgc.runtime.results.arrays import Array
+from bgc.runtime.measuring.instants import Instants, instants_of
+from bgc.runtime.measuring.judging import Accuracy, duration_of, worst_error
+from bgc.runtime.measuring.timed_run import Budget, Run, completed, reason_of, timed_run
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
@@ -125,7 +124,7 @@ def activity_report(
     BgError
         BG088 if the scene observes nothing, BG089 if it does not run.
     """
-    started = time.monotonic()
+    clock = Budget(budget)
     for name, value in (("within", within), ("budget", budget)):
         if not value > 0:
             raise BgError([bad_option(name, value, "a positive number")])
@@ -136,17 +135,17 @@ def activity_report(
     cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))
     accuracy = Accuracy(within, model.facts.requirements)
-    session = _Session(path, options, method, times, accuracy, cost)
+    session = _Session(
+        path, options, method, instants_of(model, times, [method], budget), accuracy, cost
+    )
     session.begin(model)
     metered, graph = metered_model(model)
-    run = timed_run(metered, method, session.times, accounts=False, limit=budget)
-    if run.status != "done":
-        raise BgError([nominal_run_failed(run.message)])
-    found, spread = activities(metered, graph, session.times, run.rows)
+    run = completed(timed_run(metered, method, times, accounts=False, limit=budget))
+    found, spread = activities(metered, graph, times, run.rows)
     candidates = possible_changes(base.package, base.graph, found, negligible)
     trials: list[Trial] = []
     for candidate in tracked(candidates, progress, "trying", " changes"):
-        if time.monotonic() - started > budget:
+        if clock.left < 0:
             break
         trials.append(session.tried((candidate,)))
     report = ActivityReport(
@@ -179,22 +178,20 @@ class _Session:
     path: Path
     options: Options
     method: Solver
-    times: Array
+    instants: Instants
     accuracy: Accuracy
     cost: Cost
 
     def begin(self, model: LoadedModel) -> None:
         """Run the unchanged scene; BG089 if it does not run."""
         self._names = [variable.name for variable in model.measured]
-        self._base = self._timed(model, 600.0)
-        if self._base.status != "done":
-            raise BgError([nominal_run_failed(self._base.message)])
+        self._base = completed(self._timed(model, 600.0))
         self._quantities = self.accuracy.quantities(model, self._base.rows)
 
     def _timed(self, model: LoadedModel, limit: float) -> Run:
         """Run a few times; return a run with the median time."""
         runs = [
-            timed_run(model, self.method, self.times, accounts=False, limit=limit)
+            self.instants.run(model, self.method, accounts=False, limit=limit)
             for _ in range(_REPEATS)
         ]
         done = [run for run in runs if run.status == "done"]
@@ -218,7 +215,7 @@ class _Session:
         run = self._timed(model, max(2.0, _PATIENCE * self._base.seconds))
         if run.status != "done":
             return Trial(changes, activity, refused=run.message)
-        errors = largest_errors(run.rows, self._base.rows)
+        errors = self.instants.errors(run.rows, self._base.rows)
         quantity, error = worst_error(errors, self._quantities)
         return Trial(
             changes,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
@@ -14,7 +13,7 @@ from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Resistor, Storage
 from bgc.resolution.modules import Package
 from bgc.runtime.activity.powers import Activity, below
-from bgc.runtime.measuring.judging import Note, note_of
+from bgc.runtime.measuring.measured_store import Store, open_store
 from bgc.runtime.running.loaded_model import LoadedModel
 
 
@@ -90,17 +89,15 @@ def _holders(
 # --- kept for `bgc trade` ---------------------------------------------------------------------
 
 
-def keep_variants(model: LoadedModel, variants: Sequence[Sequence[Change]]) -> None:
+def keep_variants(model: LoadedModel, variants: tuple[tuple[Change, ...], ...]) -> None:
     """Keep the variants that were found for a scene with its present parameters."""
-    _note(model).write([[asdict(change) for change in one] for one in variants])
+    _store(model).keep(variants)
 
 
 def stored_variants(model: LoadedModel) -> tuple[tuple[Change, ...], ...] | None:
     """Read the variants that were kept; None if the scene in this form was not examined."""
-    with suppress(TypeError):  # nothing, or damaged
-        return tuple(tuple(Change(**change) for change in one) for one in _note(model).read())
-    return None
+    return _store(model).read(tuple[tuple[Change, ...], ...])
 
 
-def _note(model: LoadedModel) -> Note:
-    return note_of(model, "activity", model.facts.requirements)
+def _store(model: LoadedModel) -> Store:
+    return open_store(model, "activity", model.facts.requirements)

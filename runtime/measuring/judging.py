@@ -1,23 +1,16 @@
-"""Errors of runs against references, and what studies of them share.
-
-These are methods and tolerances of references, acceptable errors, and notes in the cache.
-"""
+"""Errors of runs against references: their scales, and what is acceptable."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from bgc.building.cache import digest_of, open_cache, read_note, write_note
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.column_names import vector_of
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded_model import LoadedModel, Variable
 from bgc.values.shown_units import Shown
 
@@ -80,11 +73,6 @@ def quantities_of(
     )
 
 
-def largest_errors(rows: Array, reference: Array) -> tuple[float, ...]:
-    """Compute the largest absolute difference of each column over the run, in its unit."""
-    return tuple(np.max(np.abs(rows - reference), axis=0).tolist())
-
-
 def worst_error(errors: Sequence[float], quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
     """Find the deciding quantity with the largest error over its scale; return it and its error."""
     pairs = [(q, e) for q, e in zip(quantities, errors, strict=True) if q.decides]
@@ -145,24 +133,3 @@ def duration_of(
     if not model.measured:
         raise BgError([unobserved(model.facts.name)])
     return end
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """A JSON value in the cache that belongs to a scene as it is compiled, with its parameters."""
-
-    key: str
-
-    def read(self) -> Any:
-        """The value; None where there is none or it is damaged."""
-        return read_note(open_cache().root, self.key)
-
-    def write(self, value: object) -> None:
-        """Keep the value; a full disk is ignored, since a study can be repeated."""
-        with suppress(OSError):
-            write_note(open_cache().root, self.key, value)
-
-
-def note_of(model: LoadedModel, study: str, *facts: object) -> Note:
-    """The note of a study of a scene; `facts` are what its results depend on besides."""
-    return Note(digest_of((study, *scene_identity(model), *map(repr, facts))))

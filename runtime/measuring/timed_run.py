@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+import os
+import platform
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from threading import get_ident
 
 import numpy as np
 
 from bgc.building.build_result import ENERGY_ACCOUNTS
+from bgc.diagnostics.catalogue.stress import nominal_run_failed
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require
+from bgc.runtime.running.identity import bgc_version
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.run import watched, with_capped_step
 from bgc.runtime.running.structures import Status
@@ -55,6 +60,19 @@ class Run:
         worst = float(np.max(np.abs(self.rows[:, -1]), initial=0.0))
         exchanged = self.counts["exchanged"]
         return worst / exchanged if exchanged > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """The time that a study may take, s, from now on."""
+
+    seconds: float
+    started: float = field(default_factory=time.monotonic)
+
+    @property
+    def left(self) -> float:
+        """Seconds that are left."""
+        return self.seconds - (time.monotonic() - self.started)
 
 
 def reason_of(problem: BgError) -> str:
@@ -101,6 +119,13 @@ def timed_run(
     if not np.isfinite(rows).all():
         return Run("failed", "BG712: an observed value is not finite", rows, seconds, counts)
     return Run("done", "", rows, seconds, counts, subtolerance)
+
+
+def completed(run: Run) -> Run:
+    """Return the run of an unchanged scene; BG089 where it was not completed."""
+    if run.status != "done":
+        raise BgError([nominal_run_failed(run.message)])
+    return run
 
 
 def move_start(instance: Instance, reached: float) -> None:
@@ -151,6 +176,18 @@ def _spent(clocks: Sequence[int]) -> float:
     with suppress(OSError):
         return sum(map(time.clock_gettime, clocks))
     return 0.0
+
+
+def machine_description() -> str:
+    """Describe the processor and the system that times were measured on."""
+    name = ""
+    with suppress(OSError), Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as file:
+        lines = (line.partition(":") for line in file)
+        name = next((value.strip() for key, _, value in lines if key.strip() == "model name"), "")
+    processor = name or platform.processor() or platform.machine()
+    cores = os.cpu_count() or 1
+    system = f"{platform.system()} {platform.release()}"
+    return f"{processor}, {cores} core{'s' if cores > 1 else ''}, {system}, bgc {bgc_version()}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 An answer belongs to a scene as it is compiled, with its parameters, its duration and rows, on this
 machine, and to the accuracy and deadline that it requires. `bgc trade` keeps its measurements in
-the same folder of the cache (`trade.store`).
+the same folder of the cache (`measuring.measured_store`).
 """
 
 from __future__ import annotations
@@ -26,15 +26,14 @@ from bgc.runtime.running.parameters import ParameterValue
 FOLDER = "trades"  # of the cache
 
 
-def scene_folder(
-    model: LoadedModel, parameters: Mapping[str, float], duration: float, every: float | None
-) -> Path:
-    """The folder, relative to the cache, of a scene run for `duration` with rows `every` s.
+def study_folder(model: LoadedModel, parameters: Mapping[str, float], *facts: object) -> Path:
+    """The folder, relative to the cache, of measurements of a scene, which depend on the facts.
 
-    `parameters` are values besides those that are set in the model, SI.
+    `parameters` are values besides those that are set in the model, SI. Those of `bgc trade` depend
+    on the duration and the interval of the rows, s.
     """
     identity = scene_identity(model, parameters)
-    return Path(FOLDER, digest_of((*identity, repr((duration, every)), machine_identity())))
+    return Path(FOLDER, digest_of((*identity, *map(repr, facts), machine_identity())))
 
 
 def recommended_method(
@@ -52,7 +51,7 @@ def recommended_method(
         root = safe_cache_directory()
     except (OSError, RuntimeError):  # no cache, or one that others may write to
         return None
-    method = _read(_answer(root / scene_folder(model, values, facts.duration, facts.every), model))
+    method = _read(_answer(root / study_folder(model, values, facts.duration, facts.every), model))
     known = (*model.solvers, *BACKENDS)
     return method if method is not None and method.name in known else None
 

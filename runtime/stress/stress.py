@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
+from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.language.methods import default_method
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.judging import Accuracy, duration_of
-from bgc.runtime.measuring.timed_run import reason_of, timed_run
+from bgc.runtime.measuring.measured_store import Store, open_store
+from bgc.runtime.measuring.timed_run import Budget, completed, reason_of, timed_run
 from bgc.runtime.running.arguments import read_solver
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_model
@@ -32,13 +32,12 @@ from bgc.runtime.stress.drives import (
 )
 from bgc.runtime.stress.stress_judge import (
     DEFAULT_RTOL,
-    Judge,
     Judgement,
     References,
+    Settings,
     Verdict,
-    limited_run,
+    judge,
 )
-from bgc.runtime.stress.stress_store import Settings, Store, open_store
 
 WITHIN = 1e-3
 BUDGET = 120.0
@@ -46,7 +45,7 @@ BUDGET = 120.0
 _ROWS = 200
 _WANTED = 100  # points that should fit in the budget, with a shortened scene if necessary
 _PORTIONS = (1.0, 0.5, 0.25)  # of the scene
-_RUNS = 6.0  # approximate cost of a point, with its references, in runs of the scene
+_RUNS = 8.0  # approximate cost of a point, with its references, in runs of the scene
 _PATIENCE = 10.0  # times the scene's own run
 _AT_LEAST = 1.0  # s for any run
 _SHORT_STEPS_SHARE = 0.3  # of the time limit, for a run with short steps
@@ -146,33 +145,29 @@ def stress(
         model.library, model.facts, read_solver({"solver": solver, "rtol": rtol, "step": step})
     )
     full = duration_of(model, duration or None, nothing_to_judge)
-    started = time.monotonic()
+    clock = Budget(budget)
     by_scene = within is None
     tolerance = Accuracy(WITHIN if within is None else within, model.facts.requirements * by_scene)
-    store = open_store(model, method, tolerance, duration, fresh)
-    if store.nominal is None:
-        seconds, steps = _nominal(model, method, full, budget)
-        store.nominal = seconds, steps, 1.0 if duration else _portion(seconds, budget)
-    seconds, steps, part = store.nominal
-    session = _Session(
-        model, method, part * full, tolerance, store, cost=seconds / full, density=steps / full
-    )
+    store = open_store(model, "stress", method, tolerance, duration)
+    if fresh:
+        store.clear()
+    nominal = store.read(Nominal)
+    if nominal is None:
+        nominal = _nominal(model, method, full, budget, shortened=not duration)
+        store.keep(nominal)
+    session = _Session(model, method, full, tolerance, store, nominal)
     wanted = session.drives(drives)
     if grid and len(wanted) != 2:
         raise ValueError("a grid takes two drives")
     plan = _grid(wanted) if grid else _in_order(wanted)
     points: list[Point] = []
     needed = 0.0
-    try:
-        for settings in tracked(plan, progress, "driving", " points"):
-            left = budget - (time.monotonic() - started)
-            takes = session.seconds(settings)
-            if not points or takes == 0 or left > (0 if drives else takes):
-                points.append(session.point(settings, left))
-            else:
-                needed = max(needed, takes)
-    finally:
-        store.write()
+    for settings in tracked(plan, progress, "driving", " points"):
+        left, takes = clock.left, session.seconds(settings)
+        if not points or takes == 0 or left > (0 if drives else takes):
+            points.append(session.point(settings, left))
+        else:
+            needed = max(needed, takes)
     written = {(drive.name, x): k for drive in wanted for k, x in enumerate(drive.values)}
     names = [drive.name for drive in wanted]
     if not grid:
@@ -225,33 +220,45 @@ def _described(method: Solver) -> str:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Nominal:
+    """The unchanged scene: its processor time and steps a second, and the part that is run.
+
+    It is kept, so that the next run of the command uses the same part.
+    """
+
+    cost: float
+    density: float
+    part: float
+
+
 def _nominal(
-    model: LoadedModel, method: Solver, duration: float, limit: float
-) -> tuple[float, float]:
-    """Run the unchanged scene; return its seconds and steps. BG089 if it does not run."""
-    run = timed_run(model, method, np.array([0.0, duration]), accounts=False, limit=limit)
-    if run.status != "done":
-        raise BgError([nominal_run_failed(run.message)])
-    return run.seconds, max(run.counts["steps"], 1.0)
+    model: LoadedModel, method: Solver, duration: float, budget: float, *, shortened: bool
+) -> Nominal:
+    """Run the unchanged scene, of which a part is run where `shortened`; BG089 if it does not."""
+    times = np.array([0.0, duration])
+    run = completed(timed_run(model, method, times, accounts=False, limit=budget))
+    part = _portion(run.seconds, budget) if shortened else 1.0
+    return Nominal(run.seconds / duration, max(run.counts["steps"], 1.0) / duration, part)
 
 
 @dataclass
 class _Session:
-    """Runs points of one model, and keeps the references that several share.
-
-    `cost` is the processor time and `density` the number of steps per second of the unchanged
-    scene.
-    """
+    """Runs points of one model, and keeps the references that several share."""
 
     model: LoadedModel
     method: Solver
-    duration: float
+    whole: float
     tolerance: Accuracy
     store: Store
-    cost: float
-    density: float
+    nominal: Nominal
     _driven: dict[str, Drive] = field(default_factory=dict)
     _references: dict[Settings, References] = field(default_factory=dict)
+
+    @property
+    def duration(self) -> float:
+        """The seconds that are run of the `whole` scene."""
+        return self.nominal.part * self.whole
 
     def drives(self, texts: Iterable[str]) -> tuple[Drive, ...]:
         """Read the requested drives, or list all of the model."""
@@ -283,14 +290,14 @@ class _Session:
     def seconds(self, settings: Settings) -> float:
         """Estimate the time of a point, s; 0 if it is stored. Adaptive steps may grow with time."""
         end = self._end(settings)
-        if self.store.found(settings, end) is not None:
+        if self.store.read(Judgement, settings, end) is not None:
             return 0.0
-        return _RUNS * self.cost * (end if self._keeps_pace else min(end, self.duration))
+        return _RUNS * self.nominal.cost * (end if self._keeps_pace else min(end, self.duration))
 
     def point(self, settings: Settings, left: float) -> Point:
         """Judge settings in the remaining time, s, or return the stored judgement."""
         end = self._end(settings)
-        known = self.store.found(settings, end)
+        known = self.store.read(Judgement, settings, end)
         if known is None:
             limit = self._limit(max(end, self.duration))
             within = (
@@ -298,7 +305,7 @@ class _Session:
             )
             known = self._judged(settings, end, within)
             if known.verdict is not Verdict.SLOW or within == limit:
-                self.store.keep(settings, end, known)
+                self.store.keep(known, settings, end)
         return Point(settings, end, known)
 
     @property
@@ -314,12 +321,12 @@ class _Session:
         if STEP not in values:
             return self.duration
         seconds = _SHORT_STEPS_SHARE * self._limit(self.duration)
-        steps = seconds * self.density / max(self.cost, 1e-12)
+        steps = seconds * self.nominal.density / max(self.nominal.cost, 1e-12)
         return min(self.duration, float(f"{steps * values[STEP]:.1g}"))
 
     def _limit(self, end: float) -> float:
         """Limit the time of a run, s."""
-        return max(_AT_LEAST, _PATIENCE * self.cost * end)
+        return max(_AT_LEAST, _PATIENCE * self.nominal.cost * end)
 
     def _judged(self, settings: Settings, end: float, limit: float) -> Judgement:
         values = {
@@ -333,10 +340,8 @@ class _Session:
         times = np.linspace(0.0, end, _ROWS + 1)
         key = *values.items(), (TIME, end)
         references = self._references.setdefault(key, References())
-        judge = Judge(model, times, self.tolerance, limit, references)
         with np.errstate(all="ignore"):
-            run = limited_run(model, method, times, accounts=bool(model.accounts), limit=limit)
-            judgement = judge.judge(run, method)
+            judgement = judge(model, method, times, self.tolerance, limit, references)
         for name in values:
             if name in model.parameters:
                 del model.parameters[name]

@@ -9,16 +9,16 @@ from enum import Enum
 import numpy as np
 
 from bgc.language.solver import Solver
+from bgc.runtime.measuring.instants import Instants, instants_of, only_rows
 from bgc.runtime.measuring.judging import (
     AT_THE_REFERENCE,
     METHODS,
     RTOLS,
     Accuracy,
     combined,
-    largest_errors,
     quantities_of,
 )
-from bgc.runtime.measuring.timed_run import Run, timed_run
+from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
 from bgc.runtime.running.loaded_model import LoadedModel
@@ -30,6 +30,9 @@ _OF_TOLERANCE = 100.0  # times the tolerance of a step: the error that a run may
 _SMALLEST_RANGE = 0.01  # of the size of a quantity
 DEFAULT_RTOL = 1e-6  # of the C runtime
 
+_BOUNDED = 2.0  # times the range: a larger error leaves it, so that the method is not stable
+UNSTABLE = "unstable: the method amplifies its own errors"
+INACCURATE = "inaccurate: the method is stable, its step or tolerance too coarse"
 _MOVED = "a start moved by 1e-8 of the states ends elsewhere: the solution is unstable"
 _UNSTABLE = "the reference changes with its step: the solution is unstable"
 _METHODS = METHODS[:3]
@@ -38,6 +41,10 @@ _AGREED = 0.1  # of the acceptable error: the largest difference of two referenc
 _SHORT_STEPS = 1000  # of a run
 _STEPS_PER_PERIOD = 4.0  # of a method that resolves an oscillation
 _OF_WALL_TIME = 10.0  # times its processor time that a run may wait for the machine
+
+
+Settings = tuple[tuple[str, float], ...]
+"""The driven values of a point, by the names of the drives."""
 
 
 class Verdict(Enum):
@@ -67,8 +74,12 @@ class Judgement:
 
 @dataclass(slots=True)
 class References:
-    """Solutions of one point by method and tolerance, as far as they were needed."""
+    """Solutions of one point by method and tolerance, as far as they were needed.
 
+    `instants` are those at which they are compared.
+    """
+
+    instants: Instants | None = None
     runs: dict[tuple[str, float], Run] = field(default_factory=dict)
     agreed: Agreement | None = None
     moved: Run | None = None
@@ -87,30 +98,40 @@ class Agreement:
     run: Run | None = None
 
 
-def limited_run(
+def judge(
     model: LoadedModel,
     method: Solver,
-    times: Array,
-    *,
-    accounts: bool,
+    rows: Array,
+    tolerance: Accuracy,
     limit: float,
-    moved: float = 0.0,
-) -> Run:
-    """Run for at most `limit` s of processor time, which other processes do not consume."""
-    most = _OF_WALL_TIME * limit
-    return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit, moved=moved)
+    references: References,
+) -> Judgement:
+    """Run a model with its present parameters to the times of rows, s, and between; judge it.
+
+    `limit` bounds each run, s of processor time. `references` are earlier solutions for the same
+    parameters and times. A run that fails is not judged between its rows.
+    """
+    judge = Judge(model, only_rows(rows), tolerance, limit, references)
+    run = judge.run(method, accounts=bool(model.accounts))
+    if run.status == "done":
+        if references.instants is None:
+            others = [Solver(name, rtol=_RTOLS[0]) for name in _METHODS if name != method.name]
+            references.instants = instants_of(model, rows, others, limit)
+        judge = replace(judge, instants=references.instants)
+        run = judge.run(method, accounts=bool(model.accounts))
+    if run.status == "stopped":
+        return Judgement(Verdict.SLOW, message=run.message)
+    if run.status != "done":
+        return Judgement(Verdict.FAILS, message=run.message)
+    return judge.judge(run, method)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judge:
-    """Judges runs of a model with its present parameters over the same times.
-
-    `limit` bounds each run, s of processor time. `references` are earlier solutions for the same
-    parameters and times.
-    """
+    """Judges runs of a model with its present parameters at the same instants."""
 
     model: LoadedModel
-    times: Array
+    instants: Instants
     tolerance: Accuracy
     limit: float
     references: References
@@ -122,10 +143,6 @@ class Judge:
         a start that is moved a little, and if no state of that run is decided by rounding. If not,
         two other methods must agree before the run is called degraded or wrong.
         """
-        if run.status == "stopped":
-            return Judgement(Verdict.SLOW, message=run.message)
-        if run.status != "done":
-            return Judgement(Verdict.FAILS, message=run.message)
         residual, warned = self._balance(run)
         rows = run.rows[:, : len(self.model.measured)]
         name = _METHODS[method.name == _METHODS[0]]
@@ -148,7 +165,9 @@ class Judge:
         error = self._error(rows, known.rows)
         # A reference worse than the acceptable error only shows larger errors than its own.
         if known.accuracy > self.tolerance.within and error <= AT_THE_REFERENCE * known.accuracy:
-            message = f"two references differ by {known.accuracy:.1e}"
+            assert known.run is not None
+            rings = self._unless_ringing(error, residual, known.rows, known.run.counts["steps"])
+            message = rings.message or f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
         if self._is_acceptable(rows, known.rows, error):
             assert known.run is not None and known.method is not None
@@ -158,7 +177,8 @@ class Judge:
             return Judgement(Verdict.DEGRADED, error, residual)
         if not self._is_confirmed(known):
             return Judgement(Verdict.UNJUDGED, error, residual, _UNSTABLE)
-        return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual)
+        message = UNSTABLE if error > _BOUNDED else INACCURATE
+        return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual, message)
 
     def _unless_doubtful(
         self, error: float, residual: float | None, reference: Run, by: Solver
@@ -173,11 +193,13 @@ class Judge:
             message = f"rounding decides `{name}`, which fell below its tolerance"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
         if self.references.moved is None:
-            self.references.moved = self._run(by, moved=reference.counts["scale_reached"])
+            self.references.moved = self.run(by, moved=reference.counts["scale_reached"])
         moved = self.references.moved
         if moved.status == "done":
-            away = self._error(moved.rows, reference.rows)
-            if not self._is_acceptable(moved.rows, reference.rows, away):
+            # In the rows: between them, the other instant of a jump is no other solution.
+            rows, at_rows = self.instants.rows, replace(self, instants=self.instants.at_rows)
+            away = at_rows._error(moved.rows[rows], reference.rows[rows])
+            if not at_rows._is_acceptable(moved.rows[rows], reference.rows[rows], away):
                 return Judgement(Verdict.UNJUDGED, error, residual, _MOVED)
         return self._unless_ringing(error, residual, reference.rows, reference.counts["steps"])
 
@@ -185,15 +207,16 @@ class Judge:
         """Measure how far shifts of states below their tolerance move a run, relative to ranges."""
         if not run.subtolerance or not is_repeatable(self.model):
             return 0.0
-        probe = Probe(self.model, method, self.times)
+        by = self.instants.capped(self.model, method)
+        probe = Probe(self.model, by, self.instants.times)
         return probe.change(run.rows, run.subtolerance, run.counts["scale_reached"])
 
     def _unless_ringing(
         self, error: float, residual: float | None, reference: Array, steps: float
     ) -> Judgement:
         """Let a run hold, unless all methods missed a lasting and observable oscillation."""
-        duration = float(self.times[-1])
-        interval = duration / (len(self.times) - 1)
+        duration = self._duration
+        interval = duration / (len(self.instants.rows) - 1)
         for mode in ringing_at_start(self.model, duration):
             if mode.seconds < interval or steps >= _STEPS_PER_PERIOD * mode.periods:
                 continue
@@ -233,12 +256,18 @@ class Judge:
         """Return a run at a tight tolerance, kept for further points."""
         key = name, rtol
         if key not in self.references.runs:
-            self.references.runs[key] = self._run(Solver(name, rtol=rtol))
+            self.references.runs[key] = self.run(Solver(name, rtol=rtol))
         return self.references.runs[key]
 
-    def _run(self, method: Solver, moved: float = 0.0) -> Run:
-        return limited_run(
-            self.model, method, self.times, accounts=False, limit=self.limit, moved=moved
+    @property
+    def _duration(self) -> float:
+        return float(self.instants.times[-1])
+
+    def run(self, method: Solver, *, accounts: bool = False, moved: float = 0.0) -> Run:
+        """Run within the limit of processor time, which other processes do not consume."""
+        most = _OF_WALL_TIME * self.limit
+        return self.instants.run(
+            self.model, method, accounts=accounts, limit=most, busy=self.limit, moved=moved
         )
 
     def _balance(self, run: Run) -> tuple[float | None, bool]:
@@ -253,9 +282,9 @@ class Judge:
 
         Long steps keep two methods near an unstable solution, which the true solution leaves.
         """
-        longest = float(self.times[-1]) / _SHORT_STEPS
+        longest = self._duration / _SHORT_STEPS
         for name in _METHODS[1:]:
-            run = self._run(Solver(name, rtol=_RTOLS[-1], max_step=longest))
+            run = self.run(Solver(name, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
                 error = self._error(run.rows, reference.rows)
                 return error <= max(self.tolerance.within, AT_THE_REFERENCE * reference.accuracy)
@@ -266,7 +295,7 @@ class Judge:
             return error <= self.tolerance.within
         quantities = self.tolerance.quantities(self.model, reference)
         with np.errstate(over="ignore", invalid="ignore"):
-            return combined(largest_errors(rows, reference), quantities) <= 1
+            return combined(self.instants.errors(rows, reference), quantities) <= 1
 
     def _error(self, rows: Array, reference: Array) -> float:
         """Compute the worst error over its scale; infinite if numbers overflow.
@@ -283,7 +312,7 @@ class Judge:
                 replace(q, scale=max(q.scale, low))
                 for q, low in zip(quantities, least.tolist(), strict=True)
             ]
-            error = combined(largest_errors(rows, reference), scaled)
+            error = combined(self.instants.errors(rows, reference), scaled)
         return error if math.isfinite(error) else math.inf
 
     def _resolution(self) -> Array:

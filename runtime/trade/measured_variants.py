@@ -98,7 +98,7 @@ def _simplifications(session: Session) -> tuple[Variant, ...]:
     return activity_report(
         session.model,
         duration=session.duration,
-        budget=_ACTIVITY_SHARE * session.budget,
+        budget=_ACTIVITY_SHARE * session.budget.seconds,
         progress=session.progress,
     ).variants
 

@@ -11,12 +11,12 @@ import numpy as np
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
+from bgc.runtime.measuring.instants import Instants
 from bgc.runtime.measuring.judging import (
     METHODS,
     RTOLS,
     Quantity,
     combined,
-    largest_errors,
     quantities_of,
 )
 from bgc.runtime.measuring.timed_run import Run
@@ -34,7 +34,7 @@ Solve = Callable[[Solver, float], Run]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """A solution, its rows (n, m), and the difference of two methods at `rtol`.
+    """A solution, its values (n, m) at `instants`, and the difference of two methods at `rtol`.
 
     `agreement` is the largest difference of each quantity, in its unit; `accuracy` is the combined
     difference, scaled as combined errors are. `levels` has the agreement at each tolerance that
@@ -42,6 +42,7 @@ class Reference:
     """
 
     rows: Array
+    instants: Instants
     methods: tuple[str, str]
     rtol: float
     agreement: tuple[float, ...]
@@ -62,7 +63,11 @@ class Reference:
 
 
 def find_reference(
-    model: LoadedModel, requirements: Mapping[str, float], solve: Solve, seconds: float
+    model: LoadedModel,
+    requirements: Mapping[str, float],
+    instants: Instants,
+    solve: Solve,
+    seconds: float,
 ) -> Reference:
     """Tighten the tolerances of two methods as long as that improves their agreement.
 
@@ -72,8 +77,10 @@ def find_reference(
         The model, for the names of its outputs.
     requirements
         Required accuracies by the names of outputs.
+    instants
+        Where the methods are compared.
     solve
-        Runs a method of the model.
+        Runs a method of the model to the instants.
     seconds
         The approximate time for all runs.
 
@@ -104,7 +111,7 @@ def find_reference(
         if len(runs) < 2:
             break
         methods = list(runs)
-        found = _compared(model, requirements, runs, rtol)
+        found = _compared(model, requirements, instants, runs, rtol)
         levels.append((rtol, found.agreement))
         best = found if best is None or found.accuracy < best.accuracy else best
         # The next level takes about three times as long as this one.
@@ -119,33 +126,37 @@ def with_doubt(
     model: LoadedModel,
     requirements: Mapping[str, float],
     reference: Reference,
-    times: Array,
     subtolerance: Sequence[Subtolerance],
 ) -> Reference:
     """Add to the differences what a shift of states below their tolerance by it changes.
 
     Where rounding decides a state, two methods may agree on a wrong solution. `subtolerance` are
-    the states of the first method's run over `times`, s, that fell below their tolerance.
+    the states of the first method's run that fell below their tolerance.
     """
     if not subtolerance or not is_repeatable(model):
         return reference
-    by = Solver(reference.methods[0], rtol=reference.rtol)
-    agreement = reference.agreement
-    for shifted in Probe(model, by, times).shifted(subtolerance):
-        moved = np.nan_to_num(largest_errors(shifted, reference.rows), nan=np.inf)
+    instants, agreement = reference.instants, reference.agreement
+    by = instants.capped(model, Solver(reference.methods[0], rtol=reference.rtol))
+    for shifted in Probe(model, by, instants.times).shifted(subtolerance):
+        moved = np.nan_to_num(instants.errors(shifted, reference.rows), nan=np.inf)
         agreement = tuple(max(pair) for pair in zip(agreement, moved.tolist(), strict=True))
     quantities = quantities_of(model.measured, reference.rows, requirements)
     return replace(reference, agreement=agreement, accuracy=combined(agreement, quantities))
 
 
 def _compared(
-    model: LoadedModel, requirements: Mapping[str, float], runs: Mapping[str, Run], rtol: float
+    model: LoadedModel,
+    requirements: Mapping[str, float],
+    instants: Instants,
+    runs: Mapping[str, Run],
+    rtol: float,
 ) -> Reference:
     (one, first), (other, second) = runs.items()
     quantities: tuple[Quantity, ...] = quantities_of(model.measured, first.rows, requirements)
-    agreement = largest_errors(second.rows, first.rows)
+    agreement = instants.errors(second.rows, first.rows)
     return Reference(
         first.rows,
+        instants,
         (one, other),
         rtol,
         agreement,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,11 +16,14 @@ from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.printing.text_tables import Table
 from bgc.runtime.measuring.judging import duration_of
+from bgc.runtime.measuring.measured_store import open_store
+from bgc.runtime.measuring.timed_run import Budget, machine_description
 from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.recommendation import keep_recommendation
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.trade.configurations import (
     KEEPS,
@@ -37,7 +39,6 @@ from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference_solution import Reference
 from bgc.runtime.trade.trade_result import TradeResult
 from bgc.runtime.trade.trade_session import FOR_REPETITIONS, FOR_VARIANTS, Session
-from bgc.runtime.trade.trade_store import machine_description, open_store
 from bgc.runtime.trade.trade_tables import records, write_csv
 
 if TYPE_CHECKING:
@@ -151,9 +152,9 @@ def trade(
         The model or an argument is at fault; BG091 if the scene observes nothing, BG092 if there
         is no reference.
     """
-    started = time.monotonic()
     duration, budget = in_si(duration, "duration", "s"), in_si(budget, "budget", "s") or 0.0
     lengths = () if steps is None else [in_si(step, "steps", "s") or 0.0 for step in steps]
+    clock = Budget(budget)
     loaded = _loaded(model, scene, parameters, uses)
     facts = loaded.facts
     end = duration_of(loaded, duration, nothing_to_measure)
@@ -163,9 +164,7 @@ def trade(
     if fresh:
         store.clear()
     times = row_times(end, facts.every, None, len(loaded.measured))
-    session = Session(
-        loaded, store, times, repeats, budget, progress, audited(loaded), started=started
-    )
+    session = Session(loaded, store, times, repeats, clock, progress, audited(loaded))
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
     target = session.target(reference)
@@ -188,7 +187,9 @@ def trade(
     complete = end == facts.duration
     best = verdict.recommended
     if complete and reference.converged:
-        store.keep_answer(loaded, best.configuration.method if best is not None else None)
+        with store.noted():
+            method = best.configuration.method if best is not None else None
+            keep_recommendation(store.folder, loaded, method)
     warnings = _warnings(reference, target, rows, complete)
     if ACTIVITY in variants and not others:
         warnings.append("`activity`: no simplification of the scene was found")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import statistics
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from bgc.language.solver import Solver
-from bgc.runtime.measuring.judging import Accuracy, combined, largest_errors
-from bgc.runtime.measuring.timed_run import Run, paced_times, timed_run
+from bgc.runtime.measuring.instants import instants_of
+from bgc.runtime.measuring.judging import METHODS, RTOLS, Accuracy, combined
+from bgc.runtime.measuring.measured_store import Store
+from bgc.runtime.measuring.timed_run import Budget, Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.progress import ProgressBar, tracked
@@ -18,9 +19,9 @@ from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
 from bgc.runtime.trade.reference_solution import Reference, find_reference, with_doubt
-from bgc.runtime.trade.trade_store import Store
 
 _REFERENCE_SHARE = 0.4  # of the remaining budget, for the reference
+_INSTANTS_SHARE = 0.1  # of the remaining budget, to find where to compare
 _AT_LEAST = 5.0  # s that any configuration may take
 _AS_THE_REFERENCE = 3.0  # times the time of the reference: the limit of a configuration
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
@@ -39,7 +40,7 @@ class Session:
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` limits the whole study, s; measuring leaves `reserve` of it. `audited` is the model
+    `budget` limits the whole study; measuring leaves `reserve` s of it. `audited` is the model
     with energy accounts, if the model itself has none.
     """
 
@@ -47,16 +48,15 @@ class Session:
     store: Store
     times: Array
     repeats: int
-    budget: float
+    budget: Budget
     progress: bool = False
     audited: LoadedModel | None = None
     reserve: float = 0.0
-    started: float = field(default_factory=time.monotonic)
 
     @property
     def left(self) -> float:
         """Seconds of the budget that are left."""
-        return self.budget - (time.monotonic() - self.started)
+        return self.budget.left
 
     def reserve_share(self, share: float) -> None:
         """Reserve a share of the remaining budget."""
@@ -78,26 +78,29 @@ class Session:
 
     def reference(self) -> Reference:
         """Return the stored reference, rescaled to the present requirements, or a new one."""
-        if (stored := self.store.reference()) is not None:
+        if (stored := self.store.read(Reference, "reference")) is not None:
             quantities = self.accuracy.quantities(self.model, stored.rows)
             return stored.rescaled(quantities, self.accuracy.required)
         requirements = dict(self.accuracy.requirements)
         self.store.clear()  # measurements against another reference
         with ProgressBar(self.duration, self.progress, "reference") as bar:
+            accurate = [Solver(name, rtol=RTOLS[0]) for name in METHODS]
+            limit = _INSTANTS_SHARE * self.left
+            instants = instants_of(self.model, self.times, accurate, limit, bar.show)
             subtolerance: dict[tuple[str, float], tuple[Subtolerance, ...]] = {}
 
             def solve(method: Solver, seconds: float) -> Run:
-                run = timed_run(
-                    self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
+                run = instants.run(
+                    self.model, method, accounts=False, limit=seconds, watch=bar.show
                 )
                 subtolerance[method.name, method.rtol] = run.subtolerance
                 return run
 
             share = _REFERENCE_SHARE * self.left
-            found = find_reference(self.model, requirements, solve, share)
+            found = find_reference(self.model, requirements, instants, solve, share)
             doubtful = subtolerance[found.methods[0], found.rtol]
-            found = with_doubt(self.model, requirements, found, self.times, doubtful)
-        self.store.keep_reference(found)
+            found = with_doubt(self.model, requirements, found, doubtful)
+        self.store.keep(found, "reference")
         return found
 
     def target(self, reference: Reference) -> Target:
@@ -190,7 +193,7 @@ class Session:
         if paced is None:
             return row
         found = replace(row, paced=paced.usual, slowest=paced.slowest, periods=paced.periods)
-        self.store.keep(self.model.facts.content, found)
+        self.store.keep(found, self.model.facts.content, found.configuration)
         return found
 
     def measured(
@@ -201,7 +204,7 @@ class Session:
     ) -> Measurement:
         """Return the stored measurement of a configuration, or a new one."""
         content = self.model.facts.content
-        if (stored := self.store.measurement(content, configuration)) is not None:
+        if (stored := self.store.read(Measurement, content, configuration)) is not None:
             return stored
         limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
         if self.left <= self.reserve:
@@ -210,7 +213,7 @@ class Session:
         if found.status == "stopped" and self.left <= self.reserve:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         if found.status != REFUSED:  # a missing solver may be installed later
-            self.store.keep(content, found)
+            self.store.keep(found, content, configuration)
         return found
 
     def _measured(
@@ -232,18 +235,20 @@ class Session:
         runs = [first]
         if first.seconds < _SHORT:
             runs += self._again(configuration, self._repeats(first.seconds) - 1)
-        residual = first.residual if accounts else None
-        if self.audited is not None and self.left > first.seconds:
-            # Accounts cost time, which must not be counted.
-            audit = timed_run(
-                self.audited, method, times, accounts=True, limit=self.left, busy=_AUDITED * busy
-            )
-            residual = audit.residual if audit.status == DONE else None
+        # Energy accounts, and values between the rows, cost time that must not be counted.
+        judged = self.audited or model
+        accounts = bool(judged.accounts)
+        limit = max(self.left, first.seconds)
+        whole = reference.instants.run(
+            judged, method, accounts=accounts, limit=limit, busy=_AUDITED * busy
+        )
+        if whole.status != DONE:
+            return Measurement(configuration, whole.status, whole.message, counts=whole.counts)
         found = Measurement(
             configuration,
             DONE,
-            errors=largest_errors(first.rows[:, : len(model.measured)], reference.rows),
-            residual=residual,
+            errors=reference.instants.errors(whole.rows[:, : len(model.measured)], reference.rows),
+            residual=whole.residual if accounts else None,
             counts=first.counts,
         )
         return self._timed(found, runs)
@@ -256,7 +261,7 @@ class Session:
         if len(runs) < self.repeats:
             return row
         found = self._timed(row, runs)
-        self.store.keep(self.model.facts.content, found)
+        self.store.keep(found, self.model.facts.content, found.configuration)
         return found
 
     def _repeats(self, seconds: float) -> int:

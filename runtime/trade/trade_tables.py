@@ -196,6 +196,9 @@ def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
         f"reference: {one} and {other} at rtol {reference.rtol:g} {agree} "
         f"{reference.accuracy:.1e} of {trade.target.scale}"
     ]
+    instants = reference.instants
+    count, rows = len(instants.times), len(instants.rows)
+    lines.append(f"compared at {count:,} instants, {rows:,} of them rows")
     shown = [q for q in trade.quantities if q.decides]
     lines += [f"error in: {', '.join(map(_scaled, shown))}"]
     if trade.target.deadline is not None:

@@ -17,25 +17,14 @@ from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed_run import timed_run
 from bgc.runtime.stress.drives import all_drives, read_drive
 from bgc.runtime.stress.stress import stress
-from bgc.runtime.stress.stress_judge import Judge, References, Verdict
+from bgc.runtime.stress.stress_judge import References, Verdict, judge
 from bgc.runtime.stress.stress_plot import draw
 from bgc.runtime.stress.stress_tables import summary
 from bgc.runtime.stress.unresolved_modes import ringing_at_start
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
 MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
-
-
-@pytest.fixture(autouse=True)
-def points(monkeypatch):
-    """Keep results for the test alone, by key."""
-    kept = {}
-    monkeypatch.setattr("bgc.runtime.measuring.judging.read_note", lambda _, key: kept.get(key))
-    monkeypatch.setattr(
-        "bgc.runtime.measuring.judging.write_note", lambda _, key, value: kept.update({key: value})
-    )
-    return kept
 
 
 def verdicts(found):
@@ -52,6 +41,8 @@ def test_an_explicit_method_breaks_where_its_stability_ends():
     assert errors[inside] < 3  # damped or out of phase: wrong, but bounded
     assert errors[outside] > 100
     assert {*verdicts(found).values()} == {Verdict.WARNED}
+    words = [point.judgement.message.partition(":")[0] for point in found.points]
+    assert words == ["inaccurate", "unstable"]
     accurate = stress(model, ["k=1..100 N/m"])
     assert {*verdicts(accurate).values()} == {Verdict.HOLDS}
 
@@ -145,9 +136,8 @@ def test_ringing_at_the_start_by_its_closed_form():
 def test_a_method_is_never_held_against_itself(solver, others):
     model = compile_model(MODELS, "circuit")
     times, method = np.linspace(0, 10e-3, 201), Solver(solver, rtol=1e-6)
-    run = timed_run(model, method, times, accounts=False, limit=60)
     references = References()
-    judgement = Judge(model, times, Accuracy(1e-3), 60, references).judge(run, method)
+    judgement = judge(model, method, times, Accuracy(1e-3), 60, references)
     assert judgement.verdict is Verdict.HOLDS
     assert {name for name, _ in references.runs} == {others}
 
@@ -169,13 +159,12 @@ def test_a_pattern_sets_all_that_it_names():
     model = compile_model(MODELS, "pair")
     seen = []
 
-    def spied(model, method, times, **options):
-        run = timed_run(model, method, times, accounts=False, limit=60)
-        seen.append(run.rows)
-        return run
+    def spied(model, method, times, *others):
+        seen.append(timed_run(model, method, times, accounts=False, limit=60).rows)
+        return judge(model, method, times, *others)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bgc.runtime.stress.stress.limited_run", spied)
+        patch.setattr("bgc.runtime.stress.stress.judge", spied)
         stress(model, ["*.k=400 N/m"])
     exact = np.cos(20 * np.linspace(0, 2, len(seen[0])))
     np.testing.assert_allclose(seen[0], np.stack([exact, exact], axis=1), atol=1e-4)
@@ -185,7 +174,7 @@ def test_what_was_found_is_not_run_again_until_it_is_asked_for():
     model = compile_model(MODELS, "circuit")
     first = stress(model, ["rtol=1e-8..1e-3:6"])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bgc.runtime.stress.stress.limited_run", None)
+        patch.setattr("bgc.runtime.stress.stress.judge", None)
         assert stress(model, ["rtol=1e-8..1e-3:6"]).points == first.points
         with pytest.raises(TypeError):
             stress(model, ["rtol=1e-8..1e-3:6"], fresh=True)

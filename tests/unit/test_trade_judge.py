@@ -10,6 +10,7 @@ import pytest
 from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
+from bgc.runtime.measuring.instants import only_rows
 from bgc.runtime.measuring.judging import Quantity, combined, quantities_of
 from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.running.loaded_model import Variable
@@ -243,6 +244,9 @@ class Named:
     measured = (Variable("x", "m"),)
 
 
+ENDS = only_rows(np.array([0.0, 1.0]))
+
+
 def solver(difference: dict[float, float], fails: tuple[str, ...] = ()):  # type: ignore[no-untyped-def]
     """Solutions of which those of radau5 are off by so much at each tolerance."""
     asked: list[tuple[str, float]] = []
@@ -261,7 +265,7 @@ def solver(difference: dict[float, float], fails: tuple[str, ...] = ()):  # type
 
 def test_the_level_at_which_two_methods_agree_best_is_the_reference() -> None:
     solve, _ = solver({1e-8: 1e-6, 1e-10: 1e-9, 1e-12: 1e-7})
-    found = find_reference(Named(), {}, solve, 100.0)  # type: ignore[arg-type]
+    found = find_reference(Named(), {}, ENDS, solve, 100.0)  # type: ignore[arg-type]
     assert (found.rtol, found.accuracy) == (1e-10, pytest.approx(1e-9))
     assert [rtol for rtol, _ in found.levels] == [1e-8, 1e-10, 1e-12]
     assert found.converged
@@ -269,13 +273,13 @@ def test_the_level_at_which_two_methods_agree_best_is_the_reference() -> None:
 
 def test_methods_that_do_not_agree_well_below_what_is_required_are_no_reference() -> None:
     solve, _ = solver(dict.fromkeys((1e-8, 1e-10, 1e-12), 1e-4))
-    assert find_reference(Named(), {"x": 1e-2}, solve, 100.0).converged  # type: ignore[arg-type]
-    assert not find_reference(Named(), {"x": 5e-4}, solve, 100.0).converged  # type: ignore[arg-type]
+    assert find_reference(Named(), {"x": 1e-2}, ENDS, solve, 100.0).converged  # type: ignore[arg-type]
+    assert not find_reference(Named(), {"x": 5e-4}, ENDS, solve, 100.0).converged  # type: ignore[arg-type]
 
 
 def test_another_method_stands_in_for_one_that_fails() -> None:
     solve, asked = solver({}, fails=("radau5",))
-    found = find_reference(Named(), {}, solve, 100.0)  # type: ignore[arg-type]
+    found = find_reference(Named(), {}, ENDS, solve, 100.0)  # type: ignore[arg-type]
     assert found.methods == ("rodas5p", "rodas4p2")
     assert [name for name, _ in asked] == ["radau5", "rodas5p", "rodas4p2"]
 
@@ -290,14 +294,14 @@ def test_a_method_that_takes_all_its_time_leaves_some_to_the_next() -> None:
             return Run("stopped", "it takes too long", np.zeros((2, 1)), seconds, {})
         return good(method, seconds)
 
-    assert find_reference(Named(), {}, solve, 100.0).methods == ("rodas5p", "rodas4p2")  # type: ignore[arg-type]
+    assert find_reference(Named(), {}, ENDS, solve, 100.0).methods == ("rodas5p", "rodas4p2")  # type: ignore[arg-type]
     assert limits[:3] == pytest.approx([50, 50, 100], rel=0.01)
 
 
 def test_one_method_is_no_reference() -> None:
     solve, _ = solver({1e-8: 0.0}, fails=("rodas5p", "rodas4p2", "dopri5"))
     with pytest.raises(BgError, match="BG092"):
-        find_reference(Named(), {}, solve, 100.0)  # type: ignore[arg-type]
+        find_reference(Named(), {}, ENDS, solve, 100.0)  # type: ignore[arg-type]
 
 
 # --- configurations ---------------------------------------------------------------------------
