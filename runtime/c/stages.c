@@ -40,16 +40,26 @@ static void keep_stage(int n, bgc_ivp *d) {
     memcpy(d->stages + bgc_chunked(n), d->stages, (size_t)n * sizeof *d->stages);
 }
 
-/* change += sum e_i U_i. */
+/* change += sum e_i U_i, or the same by the weights of sub-steps where they differ and give more: the stability
+ * polynomial of each vanishes somewhere beyond the stability limit of an explicit method, not both at one place. */
 void bgc_correction_of_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
                               number *change) {
     const bgc_tableau *tableau = method->tableau;
-    const int n = m->n_state;
+    const int n = m->n_state, count = tableau->stages > 1 ? tableau->stages : 2;
+    number *other = d->magnitude;
 
     if (tableau->stages == 1 && d->core.ticks == 0) {
         keep_stage(n, d);
     }
-    bgc_combine(n, tableau->stages > 1 ? tableau->stages : 2, tableau->e, d->stages, change);
+    bgc_combine(n, count, tableau->e, d->stages, change);
+    if (!method->family->jacobian &&
+        memcmp(tableau->e, tableau->embedded, (size_t)count * sizeof *tableau->e) != 0) {
+        memset(other, 0, (size_t)n * sizeof *other);
+        bgc_combine(n, count, tableau->embedded, d->stages, other);
+        for (int i = 0; i < n; i++) {
+            change[i] = number_larger(number_fabs(change[i]), number_fabs(other[i]));
+        }
+    }
     if (tableau->stages == 1) {
         keep_stage(n, d);
     }

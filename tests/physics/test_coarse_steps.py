@@ -1,5 +1,6 @@
 """Fixed steps that jump over what happens in them say so; fair ones do not."""
 
+import numpy as np
 import pytest
 
 from bgc import BgError
@@ -34,6 +35,9 @@ def test_an_explicit_method_beyond_its_stability_warns(load, method):
     for rate in (350, 1000, 1e4):  # the limits are at 283 and, as good as, 0
         options = {"solver": method, "step": 0.01, "parameters": {"rate": rate}}
         assert codes(load("coarse", "swing"), **options) & {"BG719", "BG703"}
+    for rate in np.linspace(2.8 if method == "rk4" else 2.01, 6, 40):  # over the step
+        options = {"solver": method, "step": 0.01, "parameters": {"rate": 100 * rate}}
+        assert codes(load("coarse", "decay"), **options) & {"BG719", "BG703"}, rate
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -318,6 +318,20 @@ def test_oscillations_keep_their_amplitude(
     assert abs(growth) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("method", ["rk4", "heun"])
+def test_some_estimate_of_an_explicit_method_is_large_wherever_it_is_unstable(
+    tableaus: dict[str, Tableau], method: str
+) -> None:
+    """A correction above 0.15 of the range is told of: `corrections.c`."""
+    tableau, ones = tableaus[method], np.ones(len(tableaus[method].b))
+    for z in np.add.outer(np.linspace(-12, 0, 241), 1j * np.linspace(0, 12, 241)).ravel():
+        stages = np.linalg.solve(np.eye(len(ones)) - z * tableau.alpha, z * ones)
+        growth = abs(1 + tableau.b @ stages)
+        if growth > 1.0001:
+            part = max(abs(tableau.error @ stages), abs(tableau.embedded @ stages)) / growth
+            assert part > 0.15 or abs(z) < 0.9, z
+
+
 @pytest.mark.parametrize("method", L_STABLE)
 def test_stability_function_on_the_imaginary_axis_and_at_infinity(
     tableaus: dict[str, Tableau], method: str
