@@ -15,7 +15,6 @@ from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import closing_rows
 from bgc.equations.impulses import impulse_warnings
-from bgc.equations.inertias.initial_momenta import start_inertias
 from bgc.equations.inertias.merged_inertias import merge_inertias
 from bgc.equations.instants import without_instants
 from bgc.equations.jumps import require_free, resolve_jumps
@@ -152,7 +151,7 @@ def _storage_states(
             states.extend(integrate_alone(variables, element))
         else:
             merged.append(element)
-    states = start_inertias(variables, elements, states + merge_inertias(variables, merged))
+    states += merge_inertias(variables, merged)
     return merge_along_motions(variables, elements, states)
 
 

@@ -298,7 +298,7 @@ def test_initial_values_keep_the_balance_on_a_ring_of_three_c(given: dict[str, f
     ("kinds", "given", "culprit"),
     [
         ("CII", {"q00": 2, "f01": 3, "f02": 4}, "`f0` of `I2`"),
-        ("CCC", {"q00": 2, "q01": 3, "e02": 4}, "`q0` of `C0`"),
+        ("CCC", {"q00": 2, "q01": 3, "e02": 4}, "`e0` of `C2`"),
     ],
 )
 def test_initial_values_that_break_the_balance_name_the_culprit(

@@ -103,7 +103,7 @@ def _merge_inertia_group(
                 state_unit(variables, first.port, momentum=not first.port.dual),
                 "displacement" if first.port.dual else "momentum",
                 variables.balances.merged_balance(causal.basis[k].bond_class),
-                dag.zero,  # `start_inertias` gives the value
+                dag.zero,  # `joint_start` gives the value
                 None,
                 held[k],
                 flow=k,

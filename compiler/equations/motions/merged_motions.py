@@ -22,7 +22,7 @@ from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.quadratic import Definition, Form
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.motions.initial_motions import Momenta, Stored, initial_quantities
+from bgc.equations.motions.joint_start import Balance, joint_start
 from bgc.equations.motions.motions import FreeMotions, free_motions
 from bgc.equations.storage.constrained_energy import (
     ConstrainedEnergy,
@@ -77,7 +77,7 @@ def merge_along_motions(
     elements: Sequence[StorageElement],
     states: Sequence[IntegratedState],
 ) -> list[IntegratedState]:
-    """Merge storage along all free motions and return the remaining states.
+    """Merge storage along all free motions and return the remaining states with their start.
 
     Defines the flows of the motions, and the quantities that are no longer states.
 
@@ -88,7 +88,7 @@ def merge_along_motions(
     """
     free = free_motions(variables)
     if not free.motions:
-        return list(states)
+        return joint_start(variables, elements, states, ())
     return _Merging(variables, elements, states, free).run()
 
 
@@ -101,6 +101,7 @@ class _Merging:
         free: FreeMotions,
     ) -> None:
         self._variables = variables
+        self._elements = elements
         self._dag = variables.dag
         self._fingerprints = variables.causal.fingerprints
         self._motions = list(free.motions)
@@ -125,14 +126,15 @@ class _Merging:
         self._designate()
         self._define_flows()
         rests: dict[int, Node] = {}
-        start: dict[Node, Node] = {}
         for members in self._groups():
             rests |= self._define_quantities(members)
-            start |= self._initial_quantities(members)
+        states = [slot.state for slot in self._slots]
+        started = joint_start(self._variables, self._elements, states, self._balances())
+        start = {state.symbol: state.initial for state in started}
         led = set(self._leaders.values())
         return [
-            self._kept(slot, rests[i], start) if slot.moved else slot.state
-            for i, slot in enumerate(self._slots)
+            self._kept(slot, rests[i], start) if slot.moved else state
+            for i, (slot, state) in enumerate(zip(self._slots, started, strict=True))
             if i not in led
         ]
 
@@ -404,53 +406,17 @@ class _Merging:
         self._taken.add(found)
         return found
 
-    def _initial_quantities(self, members: Sequence[int]) -> dict[Node, Node]:
-        slots = [self._slots[i] for i in self._moved_slots(members)]
-        columns: list[dict[Node, Node]] = [
-            {
-                self._slots[i].state.symbol: self._slots[i].moved[j]
-                for i in sorted(self._moved_by[j])
-            }
-            for j in members
+    def _balances(self) -> list[Balance]:
+        return [
+            Balance(
+                {
+                    self._slots[i].state.symbol: self._slots[i].moved[j]
+                    for i in sorted(self._moved_by[j])
+                },
+                self._driven(j),
+            )
+            for j in range(len(self._motions))
         ]
-        driven = [self._driven(j) for j in members]
-        stored = self._stored(slots)
-        return initial_quantities(self._variables, stored, columns, driven)
-
-    def _stored(self, slots: Sequence[Slot]) -> Stored:
-        """The elements that slots belong to, with all their states."""
-        by_symbol = {slot.state.symbol: slot for slot in self._slots}
-        compliances: dict[int, StorageElement] = {}
-        momenta: dict[int, Momenta] = {}
-        for slot in slots:
-            if slot.is_charge:
-                compliances[slot.place] = slot.element
-            elif slot.port is not None:
-                states = tuple(by_symbol[port.state].state for port in slot.element.ports)
-                momenta[slot.place] = Momenta((slot.element,), states, None)
-            else:
-                momenta.setdefault(slot.place, self._merged_momenta(slot))
-        charges = tuple(
-            by_symbol[port.state].state
-            for element in compliances.values()
-            for port in element.ports
-            if port.port.role is Role.COMPLIANCE
-        )
-        return Stored(tuple(compliances.values()), charges, tuple(momenta.values()))
-
-    def _merged_momenta(self, slot: Slot) -> Momenta:
-        """The momenta that are merged with one, and the elements they are merged from."""
-        merged = [s for s in self._slots if s.state.flow is not None]
-        joined = set(slot.state.stores)
-        while True:
-            block = [s for s in merged if joined.intersection(s.state.stores)]
-            names = joined.union(*(s.state.stores for s in block))
-            if names == joined:
-                break
-            joined = names
-        states = tuple(s.state for s in block)
-        flows = tuple(s.state.flow for s in block if s.state.flow is not None)
-        return Momenta(tuple(self._owners[name] for name in sorted(joined)), states, flows)
 
     def _moved_slots(self, members: Sequence[int]) -> list[int]:
         return sorted({i for j in members for i in self._moved_by[j]})

@@ -9,47 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag, Kind
+from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import gradient
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.storage.conditions import Condition, unusable
-from bgc.equations.storage.initial_values import given_values
+from bgc.equations.storage.initial_values import GivenVariable, given_of_element
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.graph import Initial, Junction, Node
+from bgc.ir.graph import Junction, Node
 from bgc.ir.program import GivenValue, ProgramState
-
-
-@dataclass(frozen=True, slots=True)
-class GivenVariable:
-    """A variable that has an initial value: a node of raw symbols."""
-
-    name: str  # of its element
-    initial: Initial
-    node: Node
-
-
-def given_of_element(dag: Dag, element: StorageElement) -> Iterator[GivenVariable]:
-    """The variables of a storage element that have initial values and impose something.
-
-    Raises
-    ------
-    BgError
-        BG515: no state of the element follows from the variable.
-    """
-    for (position, variable), initial in given_values(element).items():
-        port = element.ports[position]
-        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
-        if variable == "q" and port.has_momentum and port.charge is not None:
-            continue  # the charge of an IC beside its momentum starts by itself
-        if variable == "p" and not port.has_momentum and initial.value == dag.zero:
-            continue  # imposes nothing on a port without momentum
-        if variable not in {state, answer}:
-            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
-        node = port.state if variable == state else port.answer
-        yield GivenVariable(element.storage.name, initial, node)
 
 
 def given_of_junctions(variables: Variables, indices: Collection[int]) -> Iterator[GivenVariable]:

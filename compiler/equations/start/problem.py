@@ -14,8 +14,9 @@ from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.start.given import GivenVariable, given_of_element, given_of_junctions
+from bgc.equations.start.given import given_of_junctions
 from bgc.equations.storage.conditions import Condition
+from bgc.equations.storage.initial_values import GivenVariable, given_of_element
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node

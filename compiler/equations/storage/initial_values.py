@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
@@ -12,6 +13,7 @@ from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.equations.storage.conditions import Condition, unusable
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Node, Storage
@@ -38,6 +40,36 @@ def given_values(element: StorageElement) -> Given:
                 )  # fmt: skip
         found[initial.port, initial.variable] = initial
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class GivenVariable:
+    """A variable that has an initial value: a node of raw symbols."""
+
+    name: str  # of its element
+    initial: Initial
+    node: Node
+
+
+def given_of_element(dag: Dag, element: StorageElement) -> Iterator[GivenVariable]:
+    """The variables of a storage element that have initial values and impose something.
+
+    Raises
+    ------
+    BgError
+        BG515: no state of the element follows from the variable.
+    """
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
+        if variable == "q" and port.has_momentum and port.charge is not None:
+            continue  # the charge of an IC beside its momentum starts by itself
+        if variable == "p" and not port.has_momentum and initial.value == dag.zero:
+            continue  # imposes nothing on a port without momentum
+        if variable not in {state, answer}:
+            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
+        node = port.state if variable == state else port.answer
+        yield GivenVariable(element.storage.name, initial, node)
 
 
 def own_initial_states(variables: Variables, element: StorageElement) -> list[Node]:
