@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -33,6 +32,7 @@ from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
+from bgc.diagnostics.records import dataclass, replace
 from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observations import with_accounts
 from bgc.elaboration.scenes.scene_choice import models_alone, stands_alone

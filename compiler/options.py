@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
+
+from bgc.diagnostics.records import dataclass
 
 RUN_NUMBER: Final = "number_of_the_run"
 """A parameter, 1 by default, that `Options.drives` may use: inputs of each run of an ensemble."""

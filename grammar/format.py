@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 
 from lark import Token
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.diagnostics.source import Source
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.tokens import end_of, start_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +12,7 @@ from bgc.diagnostics.catalogue import files
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.collection import MAX_ERRORS
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.error_context import ErrorContext

@@ -9,9 +9,9 @@ the rows; the manual's table is written from them. A statement that states value
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 
+from bgc.diagnostics.records import dataclass, field, fields
 from bgc.grammar import syntax
 from bgc.grammar.word import Reserved, Word
 

@@ -7,12 +7,12 @@ interpreted, widths not evaluated.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from itertools import chain, product
 from typing import TypeAlias
 
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 
 # --- expressions -----------------------------------------------------------------------

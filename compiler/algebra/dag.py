@@ -7,7 +7,6 @@ nodes. Creation order is a topological order: a node's operands have smaller num
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 from math import isqrt
@@ -15,6 +14,7 @@ from math import isqrt
 from bgc.algebra.operations import ROWS
 from bgc.algebra.operations import Op as Op
 from bgc.algebra.table import AnyTable, Grid, base_of, orders_of
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Self
+
+from bgc.diagnostics.records import dataclass, field
 
 
 class DisjointSets:

@@ -18,7 +18,6 @@ recognised. A positive answer is therefore reliable; a negative one means "not p
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
 
@@ -26,6 +25,7 @@ from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.operation import Parity
 from bgc.algebra.operations import ROWS
 from bgc.algebra.residues import inverse_of_residues
+from bgc.diagnostics.records import dataclass
 
 # Each prime q up to 149 is a square modulo both (by quadratic reciprocity, with both 7 modulo 8).
 # One prime in 2^35 has this property; these are two just below 2^61.

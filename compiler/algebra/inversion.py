@@ -10,13 +10,13 @@ The value is NaN where the equation has no real solution.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.interpretation import Intervals
 from bgc.algebra.nodes import Node
 from bgc.algebra.polynomials import terms_in
+from bgc.diagnostics.records import dataclass
 
 
 def solve_for(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from fractions import Fraction
 from typing import Protocol, TypeAlias
 
 from bgc.algebra.intervals import UNKNOWN, Bounds, Limits
 from bgc.algebra.nodes import Node
+from bgc.diagnostics.records import dataclass, field
 
 
 class Builder(Protocol):

@@ -26,13 +26,13 @@ three are tried, and the one with the fewest operations is kept.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from heapq import heappop, heappush
 
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Node
+from bgc.diagnostics.records import dataclass
 
 Row = dict[int, Node]  # variable -> coefficient
 

@@ -7,12 +7,12 @@ adds its own rounding. A value within its bound cannot be told from zero.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from math import isqrt
 from operator import mul
 
 from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.evaluate import NodeEvaluator
+from bgc.diagnostics.records import dataclass
 
 _EPSILON = sys.float_info.epsilon
 _MARGIN = 8  # times the bound, which is of first order

@@ -18,11 +18,12 @@ import math
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from hashlib import blake2b
 from typing import TypeAlias
+
+from bgc.diagnostics.records import dataclass, field
 
 _CODE = 64  # of a number: degree * 16 + order by y * 4 + order by x
 _HASH_BYTES = 5

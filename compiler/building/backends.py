@@ -6,13 +6,13 @@ handed models that are compiled already.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.catalogue.backends import solver_not_installed
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

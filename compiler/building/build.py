@@ -13,7 +13,6 @@ import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -36,6 +35,7 @@ from bgc.diagnostics.catalogue.machine import (
     compiler_rejected_code,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 
 _LINES_SHOWN = 20
 _DISK_FULL = {

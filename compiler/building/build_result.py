@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field, fields
 from bgc.diagnostics.source import Span
 from bgc.ir.port_facts import ForceFacts, PortFacts
 from bgc.language.scene import Rest, Scene

@@ -20,13 +20,13 @@ import tempfile
 import time
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
 from bgc.building.user_folder import cache_directory, make_cache_directory, why_unsafe
 from bgc.diagnostics.catalogue.machine import cache_not_private, cache_not_writable
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
 _KEEP_BYTES = 2_000_000_000  # beyond it, what was unused for longest is removed

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
@@ -16,6 +15,7 @@ from threading import Lock
 from bgc.building.temporary import temporary_folder
 from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 
 NO_FILE = "it ended with status 0 and wrote no file"
 CANDIDATES = ("cc", "gcc", "clang")

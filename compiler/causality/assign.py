@@ -9,7 +9,6 @@ assignment is refused with the elements at fault.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -31,6 +30,7 @@ from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.causality.working_rows import Elimination
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Refused
+from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import (
     Basis,
     BasisKind,

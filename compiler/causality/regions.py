@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.linalg import connected_blocks, transpose
+from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
 from bgc.ir.graph import (
     Element,

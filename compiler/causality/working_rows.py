@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -12,6 +11,7 @@ from bgc.causality.certificates import Certifier, Size
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
 from bgc.causality.sizes import typical_sizes
+from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
 from bgc.ir.graph import Matrix, Node
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 
 

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 
 _WIDTH = 100  # shown columns of a source line

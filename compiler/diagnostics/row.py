@@ -21,11 +21,11 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Generic, ParamSpec, TypeAlias
 
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Fault, Label, Severity
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.diagnostics.words import FORMS, counted
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 
 from lark import Token
@@ -12,6 +11,7 @@ from lark import Token
 from bgc.building.build import driver_names
 from bgc.diagnostics.catalogue.names import import_place
 from bgc.diagnostics.diagnostic import BgError, Edit
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source
 from bgc.editing.file_analysis import Analysis
 from bgc.editing.occurrences import Region, members_at

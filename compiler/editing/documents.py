@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
 from lark import Token
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_with_tokens

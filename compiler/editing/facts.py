@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.infix import infix_lines
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.driver import Stages
 from bgc.editing.moves import moving

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.cursor_tokens import Words
 from bgc.editing.documents import Document, Documents

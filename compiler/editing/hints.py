@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.editing.facts import BondFact, Facts, place_of
 from bgc.grammar import syntax
 from bgc.printing.causality_table import ranges

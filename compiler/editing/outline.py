@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.symbols import Kind, kind_of
 from bgc.grammar import syntax

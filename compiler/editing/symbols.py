@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.cursor_tokens import Words
 from bgc.grammar import syntax

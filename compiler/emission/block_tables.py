@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 
+from bgc.diagnostics.records import dataclass
 from bgc.ir.lowered import BlockPlan
 
 Position = tuple[int, int]

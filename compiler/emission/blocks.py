@@ -12,9 +12,9 @@ pattern of blocks follows from that of W. Of several limits on the zeros the che
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
+from bgc.diagnostics.records import dataclass
 from bgc.emission.lu_cost import block_cost
 from bgc.ir.lowered import BlockPlan, LuPlan
 

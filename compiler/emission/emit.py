@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_ALIASES, GCC_ONCE, GCC_PASSES
+from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import Field, model_tables
 from bgc.emission.explicit_cost import explicit_cost

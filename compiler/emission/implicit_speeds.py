@@ -15,9 +15,9 @@ of r. -r_z is the reduced mass, so pivots on the diagonal are as safe as those o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
+from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.differentiate import differentiated_rows, forward_rows, jacobian_of
 from bgc.emission.kept_vertices import Order, Settings, order_elimination
 from bgc.emission.simplification import number_values

@@ -27,8 +27,9 @@ Everything here is done on patterns. A vertex is accumulated (its edges multipli
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
+
+from bgc.diagnostics.records import dataclass
 
 Edges = Mapping[int, Collection[int]]
 Settings = tuple[int, int]

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.diagnostics.records import dataclass
 from bgc.emission.print_c import DOUBLES, Numbers, is_number_test
 from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.graph import Node

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.building.build import EVERY_PART, needed_sources
+from bgc.diagnostics.records import dataclass
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import number, quoted
 from bgc.emission.emit import EmittedModel, emit_lowered

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from bgc.diagnostics.records import dataclass
 from bgc.emission.factorisation import describe_factors
 from bgc.ir.lowered import Lowered
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 from bgc.algebra.dag import Kind, Symbol
+from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.differentiate import forward_rows
 from bgc.emission.inverses import with_inverses
 from bgc.emission.kernels import hoisted_nodes

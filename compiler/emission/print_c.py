@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import TABLE_OPS, Dag, Kind, Op
 from bgc.algebra.operation import Lanes, Operation
 from bgc.algebra.operations import ROWS
 from bgc.algebra.table import orders_of
+from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
 
 # Precedence of a piece of C text, ascending.

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.emission.block_tables import BlockTables, lay_out_blocks
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
 from bgc.emission.windows import pointer_argument, shift_indices

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.table import AnyTable, Grid, Method, Outside, Table
+from bgc.diagnostics.records import dataclass, field
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import jumps as messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.kinds import IntegratedState
 from bgc.ir.graph import FlatGraph, Node, Reset, Storage

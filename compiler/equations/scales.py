@@ -14,9 +14,9 @@ control reduces all scales by the same factor (`runtime/c/tolerance.h`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import Form, LinearLaw, Node

@@ -16,11 +16,11 @@ In the sense of an element, in which power into it is positive, the variables of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import (
     BasisIndex,
     BondIndex,

@@ -15,13 +15,13 @@ GY: `e1 = r' f2`, `e2 = r f1`, r an n2 x n1 matrix.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import BondIndex, RateIndex
 from bgc.ir.scene_nodes import DeviceUse, Requirement

@@ -7,10 +7,10 @@ iteration matrix is planned symbolically: pivots, fill and order of the operatio
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from bgc.algebra.operation import Jump, Watch
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import Node
 from bgc.ir.program import Program

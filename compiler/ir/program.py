@@ -5,11 +5,11 @@ All nodes depend on PARAM, TIME, INPUT and STATE symbols only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import StateIndex
 from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate

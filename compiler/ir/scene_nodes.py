@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from bgc.algebra.nodes import Node
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.values.shown_units import Shown
 

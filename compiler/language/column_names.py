@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+from bgc.diagnostics.records import dataclass
 
 _COMPONENTS = {"x": "1", "y": "2", "z": "3"}
 _COLUMN = re.compile(r"(?P<vector>.+?)(?:(?<! )\[(?P<index>[\d,]+)\])?(?P<unit> \[[^\]]*\])?")

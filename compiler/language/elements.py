@@ -8,8 +8,9 @@ the causal stroke stands at the end of the bond that is given the effort.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from enum import Enum
+
+from bgc.diagnostics.records import dataclass, replace
 
 
 class Form(Enum):

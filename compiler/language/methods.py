@@ -8,7 +8,8 @@ with fixed steps are the defaults.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from bgc.diagnostics.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

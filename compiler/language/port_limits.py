@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
 
 from bgc.diagnostics.catalogue import ports as messages
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import astuple, dataclass
 from bgc.diagnostics.source import Span
 
 NUMBERS = ("stiffness", "damping", "mass", "resolution", "lag", "period")

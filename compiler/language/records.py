@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, fields, replace
 from enum import Flag, auto
 from functools import cache
 from types import MappingProxyType
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field, fields, replace
 from bgc.diagnostics.source import Span
 
 if TYPE_CHECKING:  # commands that compile nothing do without units

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
+from bgc.diagnostics.records import dataclass, field
 from bgc.language.column_names import AccountColumn
 from bgc.language.records import Where, option
 from bgc.language.scene_tables import OVERRUN_POLICIES

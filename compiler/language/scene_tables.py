@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.values.units import Dimension
 from bgc.values.value import Shape
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, TypedDict
 
+from bgc.diagnostics.records import dataclass
 from bgc.language.methods import METHODS
 from bgc.language.records import Where, option, options_of
 

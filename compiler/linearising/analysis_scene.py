@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import analysis as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.scene_devices import channel_unit
 from bgc.emission.simplification import number_values

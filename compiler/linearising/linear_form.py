@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.diagnostics.records import dataclass
 from bgc.emission.differentiate import forward_rows
 from bgc.ir.graph import Node
 from bgc.linearising.analysis_scene import Opened

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import mul
 from typing import TypeAlias
+
+from bgc.diagnostics.records import dataclass
 
 Numbers: TypeAlias = Sequence[Sequence[float]]
 

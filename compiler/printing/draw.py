@@ -12,13 +12,13 @@ import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass, replace
 from html import escape
 from typing import Literal
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, port_ends
 from bgc.language.elements import ELEMENTS

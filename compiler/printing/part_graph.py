@@ -8,9 +8,9 @@ is a bond of more than one component, with its width.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 
+from bgc.diagnostics.records import dataclass
 from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS, Family
 from bgc.printing.draw import HEAD

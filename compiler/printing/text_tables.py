@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+
+from bgc.diagnostics.records import dataclass, replace
 
 _WIDEST = 60  # characters of a column up to which the next one is aligned
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.reference.entry import Entry, Group, Text, first_sentence, rows_of
 

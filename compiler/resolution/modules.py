@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.values.data_files import DataFile, read_data

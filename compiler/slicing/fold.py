@@ -8,10 +8,10 @@ run-time parameter.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
+from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node, Parameter
 from bgc.slicing.keep_patterns import is_kept

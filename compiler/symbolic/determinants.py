@@ -10,13 +10,13 @@ terms cancel.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from sympy.polys.rings import PolyElement, PolyRing
 
 from bgc.algebra.matching import match
 from bgc.algebra.strong_components import all_components
+from bgc.diagnostics.records import dataclass
 
 Row: TypeAlias = Mapping[int, PolyElement]
 """Column -> entry, the zero ones left out."""

@@ -12,12 +12,12 @@ result is in lowest terms.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import sympy
 
 from bgc.algebra.matching import match
+from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
 from bgc.symbolic.determinants import Budget, Row, determinant_factors
 from bgc.symbolic.quotients import Denominator, Field

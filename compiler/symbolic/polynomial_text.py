@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy
 from sympy.polys.rings import PolyElement
 from sympy.printing.str import StrPrinter
 
+from bgc.diagnostics.records import dataclass
 from bgc.printing.align import Term, signed
 from bgc.symbolic.factors import split
 from bgc.symbolic.quotients import Field

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import reduce
 from math import lcm
 
@@ -21,6 +20,7 @@ from sympy import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyElement, PolyRing
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.symbolic.determinants import Budget
 from bgc.symbolic.factors import Trials, common_factor, divided, split
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy
 from sympy.polys.rings import PolyElement
 
+from bgc.diagnostics.records import dataclass
 from bgc.symbolic.factors import common_factor, divided, split
 from bgc.symbolic.quotients import Field
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
 import sympy
 from sympy.polys.rings import PolyElement
 
+from bgc.diagnostics.records import dataclass
 from bgc.symbolic.factors import divided
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import Ratio, by_powers, lowest

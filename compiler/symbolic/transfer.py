@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
@@ -11,6 +10,7 @@ import sympy
 
 from bgc.diagnostics.catalogue import symbolic as catalogue
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import Ratio, lowest
 from bgc.symbolic.roots import Roots, numeric_roots, roots_of

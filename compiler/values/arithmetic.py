@@ -9,13 +9,13 @@ Every function takes operands with their places in the source, and raises BgErro
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Op
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.values.units import (
     DIMENSIONLESS,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import data as catalogue
 from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.values.arithmetic import failure

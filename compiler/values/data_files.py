@@ -7,12 +7,12 @@ import json
 import math
 import re
 import stat
-from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from bgc.diagnostics.catalogue import data as catalogue
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import failure
 from bgc.values.units import Dimension, parse_unit, suggest_unit

@@ -7,7 +7,6 @@ collect the errors of all.
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias, assert_never
 
@@ -17,6 +16,7 @@ from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice, keyword_advice

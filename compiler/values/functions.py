@@ -7,7 +7,6 @@ whose arguments are not plain values, have their rows here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import TypeAlias
@@ -18,6 +17,7 @@ from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.values import vectors
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar, unify

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bgc.algebra.dag import Dag, Level, Op
@@ -13,6 +12,7 @@ from bgc.algebra.table import Grid, Method, Outside, Table
 from bgc.diagnostics.catalogue import data as catalogue
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as value_messages
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.values.arithmetic import Operand, failure, require_scalar

@@ -9,11 +9,11 @@ is put back. The derivative by an angle that is zero here is thus that of the ge
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import gradient
 from bgc.diagnostics.catalogue import data as catalogue
+from bgc.diagnostics.records import dataclass, field
 from bgc.grammar import syntax
 from bgc.values.arithmetic import failure
 from bgc.values.scope import Scope

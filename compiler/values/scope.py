@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import Protocol
 
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.values.value import Shape, Value

@@ -7,9 +7,10 @@ files in Pa, and shown in bar. A warm run needs this module, so it imports nothi
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import isfinite, isinf
 from typing import TypeAlias
+
+from bgc.diagnostics.records import dataclass
 
 ShownRow: TypeAlias = tuple[str, str, float]
 """A name, the unit in which it is shown, and the factor of that unit to SI."""

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
 
 from bgc.algebra.angles import PI
+from bgc.diagnostics.records import dataclass, field
 from bgc.grammar.unit_spelling import GROUPED, plain, ungrouped
 from bgc.values.shown_units import Shown
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from math import prod
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import with_article
+from bgc.diagnostics.records import dataclass
 from bgc.values.units import Dimension
 
 Shape: TypeAlias = tuple[int, ...]

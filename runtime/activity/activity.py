@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
 from bgc.emission.operation_cost import Cost, cost_of

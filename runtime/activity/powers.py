@@ -10,11 +10,11 @@ its stored energy is constant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bgc.algebra.dag import Kind
+from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.results.arrays import Array

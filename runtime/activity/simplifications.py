@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.records import dataclass
 from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.defaults import default_values
 from bgc.ir.fields import nodes_of

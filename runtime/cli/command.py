@@ -9,7 +9,6 @@ parameter's unless flags are given; `bool` is a flag, a tuple may be repeated, `
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import NoneType
@@ -19,6 +18,7 @@ import click
 
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.running.quantity import read_quantity
 
 

@@ -7,7 +7,6 @@ import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
@@ -16,6 +15,7 @@ from pathlib import Path
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.cli.command import command
 from bgc.runtime.cli.printing import AT_FAULT, hanging, print_text
 

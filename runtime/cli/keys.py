@@ -5,10 +5,10 @@ import select
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.running.quantity import Quantity

@@ -1,10 +1,10 @@
 """Options that the commands on linear models share, and the model that these name."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import several_components
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.cli.command import OptionGroup, option, require
 from bgc.runtime.cli.options import Input, Output, PointOptions, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics

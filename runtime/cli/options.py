@@ -1,13 +1,13 @@
 """Options that several commands share, and what the scene that they choose is compiled to."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.devices import bad_device_option
+from bgc.diagnostics.records import dataclass
 from bgc.language.records import Where, options_of
 from bgc.language.scene import Scene
 from bgc.language.solver import Solver

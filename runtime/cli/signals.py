@@ -2,8 +2,9 @@
 
 import signal
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import FrameType
+
+from bgc.diagnostics.records import dataclass
 
 # Ctrl-C; a batch system; a terminal that was closed, which Windows does not signal.
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")

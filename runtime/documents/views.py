@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.diagnostics.catalogue.machine import unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.driver import Stages
 from bgc.printing.causality_table import causality_tables
 from bgc.printing.draw import View, lay_out, to_dot

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import asdict, dataclass
 from bgc.driver import compile_scene
 from bgc.editing.file_analysis import Analysis
 from bgc.grammar.syntax import Scene

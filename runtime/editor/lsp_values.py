@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 
 from lsprotocol import types
 
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Severity
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.editing.completion import Completion
 from bgc.editing.hints import Hint

@@ -6,12 +6,12 @@ Nothing here knows the protocol, so all of it can be called directly.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
 
 from bgc.diagnostics.catalogue.editing import analysis_failed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import Stage, Stages, check_package
 from bgc.editing.documents import Documents

@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 
 from bgc.building.temporary import temporary_folder
@@ -16,6 +15,7 @@ from bgc.diagnostics.catalogue.fmus import (
     unknown_platform,
 )
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.fmu_model import FmuModel
 from bgc.runtime.fmi.fmu_variables import Variable

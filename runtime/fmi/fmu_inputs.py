@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 
 from bgc.algebra.dag import Kind, Level
 from bgc.diagnostics.catalogue.analysis import input_in_mass
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Program

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from bgc.building.build_result import Built
 from bgc.building.cache import digest_of
 from bgc.diagnostics.catalogue.fmus import solver_not_in_fmu
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import Stages, compile_scene
 from bgc.emission.c_tables import number, quoted
 from bgc.emission.mockup import Mockup, mockup_source

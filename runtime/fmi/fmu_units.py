@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.values.shown_units import Shown
 from bgc.values.units import BASE_UNITS, parse_unit
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import groupby
 
 from bgc.building.build_result import ENERGY_ACCOUNTS
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.scenes.scene_devices import channel_unit, command_unit
 from bgc.ir.program import Program

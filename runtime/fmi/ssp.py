@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from bgc.diagnostics.catalogue.systems import (
     part_named_twice,
 )
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.options import Options
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.binaries import Platform

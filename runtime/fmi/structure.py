@@ -7,10 +7,10 @@ mass matrix couple several states, each of a coupled group depends on whatever a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program

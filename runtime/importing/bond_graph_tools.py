@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.imported import not_importable, wrong_structure, wrong_value
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.format import format_source
 from bgc.runtime.importing.identifiers import Names

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from bgc.diagnostics.catalogue.files import is_directory
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.grammar.source_files import read_source
 from bgc.runtime.importing.bond_graph_tools import read_bond_graph_tools
 from bgc.runtime.importing.mjcf import read_mjcf

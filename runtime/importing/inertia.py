@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.imported import odd_inertia, wrong_value
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.robot import Body, Kind, Pose, Robot

@@ -6,10 +6,10 @@ Tags, anchors, aliases, flow collections and block scalars are refused.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 
 _KEY = re.compile(r"([^\s:#'\"\[\]{}&*!|>%@`,?][^:#]*?|'[^']*'|\"[^\"\\]*\")\s*:(?=\s|$)")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.inertia import Carried, rounded
 from bgc.runtime.importing.robot import Joint, Kind, Link, Robot

@@ -5,10 +5,10 @@ The tree is in depth-first order, the root first. Joints belong to their child l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.runtime.importing.rotation_text import UNTURNED, Rotation, Vector
 

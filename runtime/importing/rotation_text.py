@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from bgc.diagnostics.records import dataclass
 
 Vector = tuple[float, float, float]
 Matrix = npt.NDArray[np.float64]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 from xml.parsers import expat
@@ -13,6 +12,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.imported import not_importable, wrong_value
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array, Complex
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.runtime.linear.feedback import close_loop
 from bgc.runtime.linear.frequency import Response, frequency_response

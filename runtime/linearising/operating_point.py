@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -16,6 +15,7 @@ from bgc.building.build_result import run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.diagnostics.catalogue import analysis, run, samples
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
 from bgc.ir.defaults import program_values

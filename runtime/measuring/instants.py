@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.timed_run import Run, timed_run
 from bgc.runtime.results.arrays import Array

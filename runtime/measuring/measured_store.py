@@ -13,7 +13,6 @@ import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,6 +21,7 @@ import numpy as np
 from bgc.building.cache import digest_of, open_cache, write_aside
 from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.recommendation import study_folder
 

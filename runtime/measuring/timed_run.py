@@ -8,7 +8,6 @@ import platform
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from threading import get_ident
 
@@ -17,6 +16,7 @@ import numpy as np
 from bgc.building.build_result import ENERGY_ACCOUNTS
 from bgc.diagnostics.catalogue.stress import nominal_run_failed
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.catalogue.run import device_failed
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.realtime.servo_binding import (
     POLICIES,
     End,

@@ -26,13 +26,13 @@ from ctypes import (
     c_uint32,
     c_void_p,
 )
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.port_facts import ForceFacts
 from bgc.runtime.realtime.servo_binding import CapabilitiesStruct
 from bgc.runtime.results.arrays import Array

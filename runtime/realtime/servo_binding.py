@@ -19,7 +19,6 @@ from ctypes import (
     c_void_p,
     cast,
 )
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
@@ -31,6 +30,7 @@ from bgc.building.servo import build_servo
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.structures import Status

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
@@ -13,6 +12,7 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, optional_package
 from bgc.runtime.results.files import append_rows

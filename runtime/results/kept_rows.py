@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array, Mask
 
 MOST_VALUES = 1 << 21

@@ -13,13 +13,13 @@ import io
 import json
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.row_files import RowArray, RowFile, write_all
 

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.row_files import RowArray
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -15,6 +14,7 @@ from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.scene import Plot
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import RunColumns, dataset, optional_package

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import Tabled

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table, table_text
 from bgc.runtime.results.columns import optional_package
 from bgc.runtime.results.files import append_rows

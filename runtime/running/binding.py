@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import count, takewhile
 from pathlib import Path
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.structures import (
     ABI,

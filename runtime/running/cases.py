@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias, TypeGuard
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.ensembles import no_instances, uneven_values
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 

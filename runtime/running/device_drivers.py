@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +20,7 @@ from bgc.diagnostics.catalogue.devices import (
     no_such_device,
 )
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.quantity import read_number

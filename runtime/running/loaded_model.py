@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from bgc.building.build_result import ENERGY_ACCOUNTS, Built, Places, RunFacts
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import wrong_state
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.options import Options

@@ -16,7 +16,6 @@ are factorised in loops. `Ensemble.alone` has the reason.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import astuple, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import astuple, dataclass, replace
 from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.options import RUN_NUMBER, Options

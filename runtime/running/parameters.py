@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -20,6 +19,7 @@ from bgc.diagnostics.catalogue.arguments import (
 )
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import zipfile
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from bgc.building.cache import digest_of, open_cache
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.run_warnings import read_warnings, written_warnings

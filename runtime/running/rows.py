@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import bad_option, too_many_rows
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.runtime.results.arrays import Array
 
 DEFAULT_ROWS = 1000

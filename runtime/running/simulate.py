@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from bgc.diagnostics.catalogue.accuracy import rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, replace
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array

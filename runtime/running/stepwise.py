@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from types import TracebackType
 
 import numpy as np
@@ -14,6 +13,7 @@ from bgc.diagnostics.catalogue.arguments import run_is_over
 from bgc.diagnostics.catalogue.inputs import function_in_steps, not_an_open_input
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance

@@ -10,7 +10,6 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
@@ -19,6 +18,7 @@ import numpy as np
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue.stress import not_a_drive
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import compile_scene
 from bgc.language.methods import default_method
 from bgc.language.solver import Solver

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.instants import Instants, instants_of, only_rows
 from bgc.runtime.measuring.judging import (

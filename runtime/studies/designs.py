@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.runs import gathered
 from bgc.runtime.running.many import Plan

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel

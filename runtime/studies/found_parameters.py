@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import Tabled
 from bgc.values.shown_units import Shown

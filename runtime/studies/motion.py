@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -12,6 +11,7 @@ import numpy as np
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import column_of, name_in_si
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.result import Result

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_rows

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
+from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_rows

@@ -8,11 +8,11 @@ H. G. Bock, 1981).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable

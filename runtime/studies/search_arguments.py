@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import varied_twice
 from bgc.diagnostics.catalogue.studies import bad_observable, cannot_fit, not_bounds
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Criterion, Observable

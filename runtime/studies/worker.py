@@ -8,7 +8,6 @@ from __future__ import annotations
 import pickle
 import tempfile
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
@@ -18,6 +17,7 @@ from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.studies import cluster_unusable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
 
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field
 from bgc.language.records import Where, option
 from bgc.options import Options
 

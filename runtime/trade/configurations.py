@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TypeAlias
 
+from bgc.diagnostics.records import dataclass
 from bgc.elaboration.scenes.variants import Change
 from bgc.language.solver import Solver
 from bgc.runtime.running.quantity import spelled_time

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.runtime.trade.configurations import Configuration
 
 DONE, FAILED, REFUSED = "done", "failed", "refused"

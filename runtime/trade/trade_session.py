@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
+from bgc.diagnostics.records import dataclass, replace
 from bgc.language.solver import Solver
 from bgc.runtime.measuring.instants import instants_of
 from bgc.runtime.measuring.judging import METHODS, RTOLS, Accuracy, combined

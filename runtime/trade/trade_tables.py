@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table
 from bgc.runtime.measuring.judging import Quantity

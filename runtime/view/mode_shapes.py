@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.view import no_mode_moves
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Mode
 from bgc.runtime.linearising.operating_point import OpenedModel

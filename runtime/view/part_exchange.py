@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from bgc.building.build_result import Built
+from bgc.diagnostics.records import dataclass, replace
 from bgc.options import Options
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.view.aside import Answer, Aside, Request

@@ -6,7 +6,6 @@ import csv
 import json
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.files import file_missing, unreadable
 from bgc.diagnostics.catalogue.view import not_a_result
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.language.scene import Plot
 from bgc.runtime.results.recorded_shapes import read_shapes
 from bgc.runtime.results.result import Result

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Final
@@ -13,6 +12,7 @@ from typing import Any, Final
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.live_pages import page_without_graph
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import Stages, compile_scene
 from bgc.options import Options
 from bgc.runtime.results.files import written_whole

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import Values, error, listed, underlined, warning
 from bgc.diagnostics.diagnostic import Fault, Label
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 
 

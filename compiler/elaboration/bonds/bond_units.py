@@ -7,12 +7,12 @@ ohms determines both, since the product and the quotient of the two are then kno
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.collection import Report
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import WATT
 from bgc.values.units import (

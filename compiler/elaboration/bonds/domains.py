@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import names, shapes
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.quantities import dimension_of
 from bgc.elaboration.instances.tree import Environment

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from bgc.diagnostics.catalogue import graph
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.faces import Face, Joint, WideBond

@@ -6,11 +6,10 @@ It propagates along bonds and through junctions and ports; a width that remains 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from bgc.diagnostics.catalogue import graph
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.shape_probe import Probe, WidthUnknown, probe

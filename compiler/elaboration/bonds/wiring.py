@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import graph, laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Edit
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.elaboration.instances.faces import Face, Joint, Net, WideBond
 from bgc.elaboration.instances.instance_notes import note, note_of
 from bgc.elaboration.instances.limits import MAX_WIDTH

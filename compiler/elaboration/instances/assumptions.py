@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.elaboration.instances.tree import Quantity, Status
 from bgc.values.value import Value
 

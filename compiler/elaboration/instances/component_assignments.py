@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
 from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.assumptions import Assumption
 from bgc.elaboration.instances.checks import check_value
 from bgc.elaboration.instances.components import component_name, indices

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue.names import replaces_other_unit
 from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Quantity, Status

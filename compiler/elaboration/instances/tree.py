@@ -6,10 +6,10 @@ The tree is mutable while elaboration builds it and discarded afterwards.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias, TypeVar
 
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.grammar import syntax

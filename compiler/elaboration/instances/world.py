@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.collection import Report
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.demands import Demands
 from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds

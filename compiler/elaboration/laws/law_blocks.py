@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.linear import linear_coefficients
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import names, with_article
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.scalarise import Scalars

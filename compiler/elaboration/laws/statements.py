@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue import graph, laws, names, samples
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_units import SECOND
 from bgc.elaboration.bonds.domains import Domains

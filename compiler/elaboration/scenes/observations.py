@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.quantities import dimension_of

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from bgc.algebra.dag import Kind, Symbol
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World

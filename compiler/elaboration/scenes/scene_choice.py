@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from bgc.algebra.evaluate import to_double
 from bgc.diagnostics.catalogue import scenes, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field, replace
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.catalogue.devices import no_driver_path
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.checks import check_units, fit_shape
 from bgc.elaboration.instances.scopes import path_of

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from bgc.algebra.evaluate import to_double
 from bgc.diagnostics.catalogue import drawn, with_article
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring

@@ -7,8 +7,8 @@ file of the scene. Compiling the changed scene shows if the model needs further 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 
+from bgc.diagnostics.records import dataclass, replace
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Slot
 from bgc.options import Options

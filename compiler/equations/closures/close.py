@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from operator import mul
 
 from bgc.algebra.dag import Dag, Kind, Symbol
@@ -22,6 +21,7 @@ from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.closures.contradiction import body_aside, is_within_reach
 from bgc.equations.closures.dense import independent_in
 from bgc.equations.closures.manifold import (

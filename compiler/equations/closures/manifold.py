@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from operator import mul
 from typing import TypeAlias
@@ -18,6 +17,7 @@ from typing import TypeAlias
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.algebra.newton import solve_dense
+from bgc.diagnostics.records import dataclass
 from bgc.equations.closures.dense import (
     damped_change,
     independent_in,

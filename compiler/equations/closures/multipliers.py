@@ -15,12 +15,12 @@ each completed step projects the momenta, and with `project x = value` of a sign
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.symbolic_systems import solve_definite
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.fields import map_nodes, nodes_of

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement, StoragePort
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind, Role

@@ -7,12 +7,12 @@ derivative that holds the unknown is found here for the message that refuses the
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.expansion import expanded_text
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node

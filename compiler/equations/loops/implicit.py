@@ -8,7 +8,6 @@ of at most parameter level; otherwise a rate becomes an unknown.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Level
@@ -16,6 +15,7 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.matching import match
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.constraints import derivative_with_unknown
 from bgc.equations.loops.singular_jacobian import Row, require_determined
 from bgc.equations.loops.substitution import Resolver

@@ -9,7 +9,6 @@ an algebraic state with a zero row in the mass matrix, which the integrators sol
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import gradient
@@ -20,6 +19,7 @@ from bgc.algebra.modular import Solutions, solutions_of
 from bgc.algebra.signs import Signs
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.rates import RateTerms
 from bgc.equations.variables.definitions import Explicit, Rate, Variables
 from bgc.ir.graph import Node

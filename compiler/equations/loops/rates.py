@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.symbolic_systems import solve_general
+from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
 
 

@@ -8,7 +8,6 @@ modulo a prime at random values, so that a matrix that is always singular is nev
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import gradient
@@ -16,6 +15,7 @@ from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.modular import Solutions, rank_of, solutions_of
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Equation, Node

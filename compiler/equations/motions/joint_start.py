@@ -21,10 +21,10 @@ at rest, and its beams move.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.symbolic_systems import solve_definite
+from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.inertias.flows import momenta_of
 from bgc.equations.storage.conditions import (
     Condition,

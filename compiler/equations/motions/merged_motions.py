@@ -16,12 +16,12 @@ positive definite; with a law that is not linear the condition is solved by iter
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.quadratic import Definition, Form
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.motions.joint_start import Balance, joint_start
 from bgc.equations.motions.motions import FreeMotions, free_motions
 from bgc.equations.storage.constrained_energy import (

@@ -16,7 +16,6 @@ motions therefore follow from the skew parts, and from rows that set resistive f
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -26,6 +25,7 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.modular import rank_of
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import own_flow
 from bgc.equations.variables.definitions import Column, Variables
 from bgc.equations.variables.law_nodes import gyrator_matrix

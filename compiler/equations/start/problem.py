@@ -8,11 +8,11 @@ the variable is: a charge, a momentum, an effort, a flow, or the common variable
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.start.given import given_of_junctions
 from bgc.equations.storage.conditions import Condition

@@ -18,7 +18,6 @@ time or inputs, the runtime solves it again from that solution (`runtime/c/start
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.derivatives import gradient
@@ -26,6 +25,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows, solve_dense
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.start.least import LeastChange
 from bgc.equations.start.problem import Given, Problem, states_in
 from bgc.equations.storage.conditions import Answer, System, contradiction, in_order

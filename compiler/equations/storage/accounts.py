@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.polynomials import antiderivative
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import CausalGraph

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias, TypeVar
 
@@ -16,6 +15,7 @@ from bgc.algebra.dag import Level
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.contradicted_start import opposing_source, parameters_behind
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Node

@@ -17,13 +17,13 @@ import math
 import random
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
 from bgc.algebra.quadratic import Definition, Form, Minimum, minimise
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
@@ -12,6 +11,7 @@ from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.equations.storage.conditions import Condition, unusable
 from bgc.equations.storage.kinds import StorageElement

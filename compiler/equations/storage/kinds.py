@@ -8,8 +8,8 @@ alone on an independent flow keeps its own momentum. All others are merged
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.symmetry import even_matrix
 from bgc.equations.variables.definitions import Variables
 from bgc.equations.variables.law_nodes import StorageLaw, storage_law

@@ -9,12 +9,12 @@ definitions.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.certificates import Certificate, Certifier
+from bgc.diagnostics.records import dataclass
 from bgc.equations.variables.balances import Balances, CausalIndex
 from bgc.equations.variables.law_nodes import following_law, gyrator_law, gyristor_law, resistor_law
 from bgc.equations.variables.raw_symbols import Symbols

@@ -8,13 +8,13 @@ holds the port's momentum, and `dH/dq` is then an effort on top of `p'`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.linalg import SingularMatrixError, apply, inverse, transpose
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     EnergyLaw,
