@@ -8,30 +8,29 @@ need are ever built. The order of the states is: storage (by element), declared,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
-from bgc.equations.closures.multipliers import closing_rows
+from bgc.equations.closures.multipliers import ClosingRows, closing_rows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.merged_inertias import merge_inertias
 from bgc.equations.instants import without_instants
 from bgc.equations.jumps import require_free, resolve_jumps
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
-from bgc.equations.loops.loops import AlgebraicState
 from bgc.equations.loops.motion_rates import settle_motions
 from bgc.equations.loops.start import with_start_values
-from bgc.equations.loops.substitution import Resolver
+from bgc.equations.loops.substitution import Resolver, algebraic_states
 from bgc.equations.motions.merged_motions import merge_along_motions
 from bgc.equations.port_stability import with_port_checks
 from bgc.equations.representable import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
 from bgc.equations.start.given import resolve_given, stiffness_at_start, values_to_check
-from bgc.equations.start.problem import start_problem
+from bgc.equations.start.problem import Problem, start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
-from bgc.equations.storage.accounts import energy_accounts
+from bgc.equations.storage.accounts import Accounts, energy_accounts
 from bgc.equations.storage.independent_states import integrate_alone
 from bgc.equations.storage.initial_values import closed_initials
 from bgc.equations.storage.kinds import (
@@ -62,8 +61,65 @@ def derive_equations(causal: CausalGraph) -> Program:
     BgError
         A law, a loop, an initial value or an equation cannot be used; it names the elements.
     """
-    graph, dag = causal.graph, causal.graph.dag
-    variables = Variables(causal)
+    graph, variables = causal.graph, Variables(causal)
+    system = _defined(causal, variables)
+    unsettled = _resolved(system)
+    moving = _with_motions(system, unsettled)
+    started = with_start(
+        with_linear_start(moving, unsettled.start_rows, variables.start_names),
+        unsettled.start,
+        variables,
+    )
+    warnings = impulse_warnings(variables, system.resolver.rates_read, started.jumps)
+    steady = without_instants(replace(started, warnings=warnings))
+    if causal.closures:
+        require_representable(graph, steady)  # closing a chain computes with its numbers
+    closed = close_chains(steady, variables, unsettled.closing)
+    require_free(graph, closed)
+    solved = with_start_values(closed, range(unsettled.states, len(closed.states)))
+    require_representable(graph, solved)
+    assert_power_balance(solved)
+    needed = without_settled_jumps(without_unused_divisors(solved))
+    kept = with_speeds(needed, variables, system.resolver, system.elements, system.stored)
+    return with_port_checks(kept, graph)
+
+
+@dataclass(frozen=True, slots=True)
+class _System:
+    """A causal graph with all its variables defined, and the states among them numbered.
+
+    `rows` are the final equations of declared states without a rate, and of declared unknowns.
+    """
+
+    causal: CausalGraph
+    variables: Variables
+    elements: list[StorageElement]
+    stored: list[IntegratedState]
+    accounts: Accounts | None
+    numbers: dict[Node, int]
+    resolver: Resolver
+    rows: ImplicitRows
+
+
+@dataclass(frozen=True, slots=True)
+class _Unsettled:
+    """A program whose rates hold the speeds of free motions and the multipliers of closing rows.
+
+    M and the parameters that divide follow once the speeds are known. The states from number
+    `states` on are unknowns of loops. `start` and `start_rows` are the equations of the start,
+    `closing` those that close chains.
+    """
+
+    program: Program
+    states: int
+    start: Problem | None
+    start_rows: tuple[Node, ...]
+    closing: ClosingRows
+
+
+def _defined(causal: CausalGraph, variables: Variables) -> _System:
+    """Define the variables of storage, balances, accounts and equations."""
+    graph = causal.graph
     elements = storage_elements(causal, variables)
     stored = _storage_states(causal, variables, elements)
     variables.set_balances()
@@ -71,70 +127,80 @@ def derive_equations(causal: CausalGraph) -> Program:
     if accounts is not None:
         stored += accounts.states
     numbers = _state_numbers(graph, stored)
-    resolver = Resolver(
-        variables,
-        numbers,
-        _raw_rates(graph, stored),
-        pair_equations(variables),
-    )
+    later = variables.speeds.keys() | set(variables.multipliers)
+    rates, equation_of = _raw_rates(graph, stored), pair_equations(variables)
+    resolver = Resolver(variables, numbers, rates, equation_of, later)
     rows = implicit_rows(variables, resolver, len(stored))
-    declared = _declared_states(graph, resolver, len(stored), rows)
-    states = _integrated_states(variables, resolver, stored, elements) + declared
-    variables.starting |= _started_by_loops(dag, resolver, states, elements)
-    problem = start_problem(variables, resolver, elements, stored)
+    return _System(causal, variables, elements, stored, accounts, numbers, resolver, rows)
+
+
+def _resolved(system: _System) -> _Unsettled:
+    """Resolve all that states, outputs, jumps, sampled parts and the start read."""
+    variables, resolver, stored = system.variables, system.resolver, system.stored
+    graph, dag = system.causal.graph, system.variables.dag
+    declared = _declared_states(graph, resolver, len(stored), system.rows)
+    states = _integrated_states(variables, resolver, stored, system.elements) + declared
+    variables.starting |= _started_by_loops(dag, resolver, states, system.elements)
+    start = start_problem(variables, resolver, system.elements, stored)
     start_rows = resolver.resolve_all(variables.start_rows)
+    accounts = system.accounts
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
     held = tuple(replace(h, update=resolver.resolve(h.update)) for h in graph.held)
-    jumps = resolve_jumps(graph, resolver, numbers, stored)
+    jumps = resolve_jumps(graph, resolver, system.numbers, stored)
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
-    given = resolve_given(variables, resolver, elements)
-    states += _loop_states(variables, resolver.algebraic)
+    given = resolve_given(variables, resolver, system.elements)
+    count = len(states)
+    states += algebraic_states(variables, resolver)
     states = _with_closed_initials(graph, states)
-    free = () if problem is None else problem.free
+    free = () if start is None else start.free
     program = Program(
         dag=dag,
         scene=graph.scene,
         parameters=graph.parameters,
         states=tuple(states),
-        mass=_mass(graph, len(stored), len(states), rows),
+        mass=None,
         inputs=sum(len(device.inputs) for device in graph.devices) + graph.varied + len(graph.held),
         observations=outputs.observations,
         requirements=outputs.requirements,
         devices=outputs.devices,
         guards=outputs.guards,
         energy=Energy(*energy),
-        positive=_positive(causal, variables, elements),
+        positive=(),
         dropped=(),
         kept=graph.kept,
-        divisors=(*divisors, *variables.final_divisors),
+        divisors=tuple(divisors),
         jumps=jumps,
         held=held,
         rates=graph.rates,
         coupling_energies=tuple(port.coupling_energies for port in graph.ports),
         slots=len(graph.held),
-        loops=tuple(resolver.loops),
         given=values_to_check(variables, given, states, free),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
-    program = settle_motions(program, variables, resolver, numbers)
-    program = with_linear_start(program, start_rows, variables.start_names)
-    program = with_start(program, problem, variables)
-    program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read, jumps))
-    program = without_instants(program)
-    if causal.closures:
-        require_representable(graph, program)  # closing a chain computes with its numbers
-    program = close_chains(program, variables, closing)
-    require_free(graph, program)
-    loops = range(len(states) - len(resolver.algebraic), len(program.states))
-    program = with_start_values(program, loops)
-    require_representable(graph, program)
-    assert_power_balance(program)
-    program = without_settled_jumps(without_unused_divisors(program))
-    program = with_speeds(program, variables, resolver, elements, stored)
-    return with_port_checks(program, graph)
+    return _Unsettled(program, count, start, start_rows, closing)
+
+
+def _with_motions(system: _System, unsettled: _Unsettled) -> Program:
+    """Settle the speeds of motions, and list all loops, and all that their pivots rely on."""
+    variables, resolver = system.variables, system.resolver
+    program = replace(
+        unsettled.program, divisors=(*unsettled.program.divisors, *variables.final_divisors)
+    )
+    before = len(variables.final_divisors)
+    settled, speeds = settle_motions(program, variables, resolver, system.numbers)
+    added = algebraic_states(variables, speeds)
+    size = len(settled.states) + len(added)
+    return replace(
+        settled,
+        states=(*settled.states, *added),
+        mass=_mass(system.causal.graph, len(system.stored), size, system.rows),
+        divisors=(*settled.divisors, *variables.final_divisors[before:]),
+        positive=_positive(system.causal, variables, system.elements),
+        loops=(*resolver.loops, *speeds.loops),
+    )
 
 
 # --- states -----------------------------------------------------------------------------------
@@ -252,23 +318,6 @@ def _declared_states(
             )
         )
     return states
-
-
-def _loop_states(variables: Variables, algebraic: Sequence[AlgebraicState]) -> list[ProgramState]:
-    """The unknowns of nonlinear algebraic loops."""
-    dag = variables.dag
-    return [
-        ProgramState(
-            variables.places.name_of(state.symbol),
-            variables.places.unit_of(state.symbol),
-            "algebraic",
-            dag.zero,
-            state.residual,
-            None,
-            dag.one,
-        )
-        for state in algebraic
-    ]
 
 
 def _with_closed_initials(graph: FlatGraph, states: Sequence[ProgramState]) -> list[ProgramState]:

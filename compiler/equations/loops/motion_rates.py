@@ -6,8 +6,8 @@ zero. The speed is that at which each designated quantity follows its condition,
 
     z = d/dt x_d - (x_d' - z),
 
-where the right side depends on speeds only in the same exceptional case, and is then solved for
-them. Only speeds that something reads are computed.
+where the right side depends on speeds only in the same exceptional case. The speeds are then
+resolved like all other variables. Only those that something reads are computed.
 """
 
 from __future__ import annotations
@@ -15,33 +15,32 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from bgc.algebra.dag import Kind, Level
-from bgc.algebra.derivatives import directional_derivative, gradient
-from bgc.algebra.signs import Signs
-from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
+from bgc.algebra.dag import Kind
+from bgc.algebra.derivatives import directional_derivative
 from bgc.equations.loops.rates import implicit_rates
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.variables.definitions import Variables
+from bgc.equations.variables.definitions import Explicit, Variables
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Node
-from bgc.ir.program import MassEntry, Program, ProgramState
+from bgc.ir.program import Program, ProgramState
 
 
 def settle_motions(
     program: Program, variables: Variables, resolver: Resolver, numbers: Mapping[Node, int]
-) -> Program:
+) -> tuple[Program, Resolver]:
     """Remove the speeds of free motions; `numbers` maps raw states to their indices.
 
-    Speeds that depend on each other through a matrix that may become singular become algebraic
-    states, after all other states.
+    Speeds that depend on each other are an algebraic loop. The second result holds those loops and
+    their unknowns, which are states behind all others.
 
     Raises
     ------
     BgError
         A speed depends on its own rate, or on the rate of a device's input.
     """
+    settled = resolver.of_final_nodes(len(program.states), variables.multipliers)
     if not variables.speeds:
-        return program
+        return program, settled
     settling = _Settling(program, variables, resolver)
     states = list(program.states)
     for symbol in variables.resting:
@@ -50,25 +49,16 @@ def settle_motions(
         states[number] = replace(states[number], derivative=rate)
     rested = replace(program, states=tuple(states))
     roots = nodes_of(rested)
-    speeds, added = settling.speeds_in(roots, states)
-    settled = dict(zip(roots, program.dag.substitute(roots, speeds), strict=True))
-    return _with_states(map_nodes(rested, program.dag, settled.__getitem__), added)
-
-
-def _with_states(program: Program, added: Sequence[ProgramState]) -> Program:
-    """Append algebraic states, whose rows in the mass matrix are empty."""
-    if not added:
-        return program
-    size, one = len(program.states), program.dag.one
-    identity = tuple(MassEntry(row, row, one) for row in range(size))
-    mass = identity if program.mass is None else program.mass
-    return replace(program, states=(*program.states, *added), mass=mass)
+    speeds = settling.speeds_in(roots, states)
+    variables.definitions |= {symbol: Explicit(node) for symbol, node in speeds.items()}
+    values = {symbol: settled.resolve(symbol) for symbol in speeds}
+    final = dict(zip(roots, program.dag.substitute(roots, values), strict=True))
+    return map_nodes(rested, program.dag, final.__getitem__), settled
 
 
 class _Settling:
     def __init__(self, program: Program, variables: Variables, resolver: Resolver) -> None:
         self._dag = program.dag
-        self._size = len(program.states)
         self._variables = variables
         self._fingerprints = variables.causal.fingerprints
         self._resolver = resolver
@@ -84,30 +74,15 @@ class _Settling:
         rested = self._without_speeds(node)
         return node if rested is None else rested
 
-    def speeds_in(
-        self, roots: Sequence[Node], states: Sequence[ProgramState]
-    ) -> tuple[dict[Node, Node], list[ProgramState]]:
-        """The speeds that appear in nodes, as nodes without speeds, and states added for that."""
+    def speeds_in(self, roots: Sequence[Node], states: Sequence[ProgramState]) -> dict[Node, Node]:
+        """The speeds that nodes need, each as a node that may hold speeds."""
         found: dict[Node, Node] = {}
         waiting = self._held(roots)
         for symbol in waiting:  # which grows
             if symbol not in found:
                 found[symbol] = self._following(symbol, states)
                 waiting += self._held([found[symbol]])
-        coupled = [symbol for symbol, node in found.items() if self._held([node])]
-        alone = {symbol: node for symbol, node in found.items() if symbol not in coupled}
-        if not coupled:
-            return alone, []
-        right = self._dag.substitute([found[symbol] for symbol in coupled], alone)
-        solution = self._solve(coupled, right)
-        if solution is not None:
-            return alone | solution, []
-        stand_ins = {s: self._dag.symbol(Kind.STATE, self._size + k) for k, s in enumerate(coupled)}
-        added = [
-            self._algebraic(symbol, self._dag.sub(node, stand_ins[symbol]))
-            for symbol, node in zip(coupled, self._dag.substitute(right, stand_ins), strict=True)
-        ]
-        return alone | stand_ins, added
+        return found
 
     def _held(self, roots: Sequence[Node]) -> list[Node]:
         return [node for node in self._dag.reachable(roots) if node in self._rest]
@@ -132,42 +107,6 @@ class _Settling:
         if rested is None:
             raise self._variables.places.rate_in_loop([symbol])
         return rested
-
-    def _solve(self, symbols: Sequence[Node], right: Sequence[Node]) -> dict[Node, Node] | None:
-        """Solve `z = right(z)`; None where it is not linear, or a pivot may vanish."""
-        dag, variables = self._dag, self._variables
-        slopes = [gradient(dag, node, symbols) for node in right]
-        if self._held([slope for row in slopes for slope in row]):
-            return None
-        signs, unsafe = Signs(dag, variables.defaults), list[Node]()
-        names = [variables.places.name_of(variables.speeds[symbol].stored) for symbol in symbols]
-
-        def note(pivot: Node, alone: bool) -> None:
-            if dag.level[pivot] == Level.PARAM:
-                variables.watch(pivot, f"the equation for the rate of `{names[0]}` is singular")
-            elif not signs.is_certain(pivot):
-                unsafe.append(pivot)
-
-        matrix = [
-            {j: dag.sub(dag.one if i == j else dag.zero, x) for j, x in enumerate(row)}
-            for i, row in enumerate(slopes)
-        ]
-        offsets = dag.substitute(right, self._rest)
-        try:
-            values = solve_general(
-                dag, self._fingerprints, matrix, offsets, lambda node: dag.level[node], note
-            )
-        except SingularSystemError:
-            raise variables.places.rate_in_loop(
-                [variables.speeds[symbol].stored for symbol in symbols]
-            ) from None
-        return None if unsafe else dict(zip(symbols, values, strict=True))
-
-    def _algebraic(self, symbol: Node, residual: Node) -> ProgramState:
-        """A speed as an algebraic state, named after the quantity that it moves."""
-        places, zero = self._variables.places, self._dag.zero
-        name = f"{places.name_of(self._variables.speeds[symbol].stored)}.speed"
-        return ProgramState(name, "", "algebraic", zero, residual, None, self._dag.one)
 
     def _direction(
         self, node: Node, states: Sequence[ProgramState], symbol: Node

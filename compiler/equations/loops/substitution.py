@@ -16,9 +16,10 @@ from bgc.equations.loops.loops import AlgebraicState, solve_loop
 from bgc.equations.loops.rates import RateTerms, implicit_rates, rate_terms
 from bgc.equations.variables.definitions import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Node
-from bgc.ir.program import Loop
+from bgc.ir.program import Loop, ProgramState
 
 _FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.START, Kind.SPEED})
+_FINAL = _FREE | {Kind.STATE}  # in final nodes, where a state is its number in the program
 
 
 class Resolver:
@@ -26,7 +27,7 @@ class Resolver:
 
     `states` maps the raw symbols that are states to their numbers, `rates` these numbers to
     the raw derivative where there is one; `equation_of` maps an unknown to the residual that
-    it is solved from.
+    it is solved from. The symbols in `later` stay in final nodes.
     """
 
     def __init__(
@@ -35,7 +36,9 @@ class Resolver:
         states: Mapping[Node, int],
         rates: Mapping[int, Node],
         equation_of: Mapping[Node, Node],
+        later: Collection[Node],
     ) -> None:
+        self._free = _FREE
         self._variables = variables
         self._dag: Dag = variables.dag
         self._states = states
@@ -47,7 +50,13 @@ class Resolver:
         self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
         self._first_algebraic = len(states)
         self._declared = len(variables.causal.graph.states)
-        self._later = variables.settled_later
+        self._later = later
+
+    def of_final_nodes(self, states: int, later: Collection[Node]) -> Resolver:
+        """A resolver of symbols that stayed in the final nodes of a program with some states."""
+        resolver = Resolver(self._variables, {}, {}, {}, later)
+        resolver._free, resolver._first_algebraic = _FINAL, states
+        return resolver
 
     def resolve(self, node: Node) -> Node:
         """The final node of a raw one."""
@@ -98,7 +107,7 @@ class Resolver:
     def _is_free(self, symbol: Symbol) -> bool:
         """Return whether a symbol stays: the rate of a declared state in an equation does."""
         declared = symbol.kind is Kind.RATE and symbol.index < self._declared
-        return symbol.kind in _FREE or declared
+        return symbol.kind in self._free or declared
 
     def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
         """The derivatives of the states that a final node depends on."""
@@ -249,3 +258,20 @@ class Resolver:
                     seen.add(needed)
                     stack.append(needed)
         return False
+
+
+def algebraic_states(variables: Variables, resolver: Resolver) -> list[ProgramState]:
+    """The unknowns of loops that were not solved in the DAG, as states with rows of zeros in M."""
+    dag, places = variables.dag, variables.places
+    return [
+        ProgramState(
+            places.name_of(state.symbol),
+            places.unit_of(state.symbol),
+            "algebraic",
+            dag.zero,
+            state.residual,
+            None,
+            dag.one,
+        )
+        for state in resolver.algebraic
+    ]

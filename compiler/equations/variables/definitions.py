@@ -204,12 +204,8 @@ class Variables:
         """A symbol for the speed of a free motion, which adds to the rate of a quantity."""
         symbol = self.new_state(Kind.DISPLACEMENT)
         self.speeds[symbol] = Speed(stored, rate)
+        self.places.move(symbol, stored)
         return symbol
-
-    @property
-    def settled_later(self) -> Collection[Node]:
-        """The symbols that stay in resolved nodes until all rates are known."""
-        return self.speeds.keys() | set(self.multipliers)
 
     def set_share(self, symbol: Node, share: Node, *, alone: bool) -> None:
         """Define the contribution of free motions to an unknown flow or across variable.

@@ -30,6 +30,7 @@ class Places:
         self._causal = causal
         self._elements: dict[Node, int] = {}  # symbols that are not of bonds -> element
         self._called: dict[Node, Node] = {}  # parts of variables -> the variable
+        self._moved: dict[Node, Node] = {}  # speeds of free motions -> the quantity moved
         self._resistances: dict[int, int] = {}  # bond -> its first port of a resistance
         for k, port in enumerate(causal.ports):
             if port.role is Role.RESISTANCE:
@@ -43,8 +44,14 @@ class Places:
         """Name a symbol after the variable that it is a part of."""
         self._called[symbol] = variable
 
+    def move(self, speed: Node, quantity: Node) -> None:
+        """Name the speed of a free motion after the quantity that it moves."""
+        self._moved[speed] = quantity
+
     def name_of(self, symbol: Node) -> str:
         """The name of a variable that becomes an algebraic state: `diode.e`."""
+        if symbol in self._moved:
+            return f"{self.name_of(self._moved[symbol])}.speed"
         leaf = self._leaf(symbol)
         letter = {Kind.EFFORT: "e", Kind.FLOW: "f", Kind.DISPLACEMENT: "q"}.get(leaf.kind, "p")
         if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
@@ -109,7 +116,7 @@ class Places:
         leaf = self._leaf(symbol)
         if leaf.kind in {Kind.EFFORT, Kind.FLOW}:
             return graph.bonds[leaf.index].name, graph.bonds[leaf.index].span
-        element = graph.elements[self._elements[symbol]]
+        element = graph.elements[self._elements[self._moved.get(symbol, symbol)]]
         return element.name, element.span
 
     def _around(self, names: Sequence[str]) -> list[tuple[str, Span]]:
