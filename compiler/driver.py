@@ -31,7 +31,7 @@ from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
-from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, accepted, as_error
 from bgc.diagnostics.records import dataclass, replace
 from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observations import with_accounts
@@ -41,7 +41,7 @@ from bgc.emission.lanes import lane_units
 from bgc.emission.lower import lower
 from bgc.emission.simplification import optimise
 from bgc.emission.switches import places_of
-from bgc.equations.attempts import causality_of, equations_of
+from bgc.equations.attempts import derive
 from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
@@ -83,7 +83,7 @@ class Stages:
     folding
         The graph with the zeros and ones that the scene fixes put in.
     causal
-        Strokes and independent flows; those of the equations once there are equations.
+        Strokes and independent flows, by the first choice for which there are equations.
     equations, sliced, optimised
         The assigned state equations, those that the scene needs, and their simplified form.
     lowered, emitted
@@ -93,7 +93,8 @@ class Stages:
     warnings
         The warnings of all stages that were run, in their order.
     seconds
-        The time that each stage took, in the order of the stages.
+        The time that each stage took, in the order of the stages. Equations are derived with the
+        causality, whose choice they decide.
     """
 
     package: Package
@@ -200,12 +201,13 @@ def _stages(
     folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
     yield "fold", {"folding": folding}
 
-    assigned, outcome = causality_of(folding.graph)
-    yield "causality", {"causal": assigned, "warnings": (*warnings, *assigned.warnings)}
+    derived = accepted(derive(folding.graph))
+    warnings = (*warnings, *derived.causal.warnings)
+    yield "causality", {"causal": derived.causal, "warnings": warnings}
 
-    causal, equations = equations_of(assigned, outcome)
-    warnings = (*warnings, *causal.warnings, *equations.warnings)
-    yield "equations", {"causal": causal, "equations": equations, "warnings": warnings}
+    equations = accepted(derived.equations)
+    warnings = (*warnings, *equations.warnings)
+    yield "equations", {"equations": equations, "warnings": warnings}
 
     sliced = with_divisor_checks(equations if options.whole else slice_program(equations))
     yield "slice", {"sliced": sliced}

@@ -65,22 +65,6 @@ class _Way:
     ranged: bool = False
 
 
-def assign_causality(
-    graph: FlatGraph, *, ranged: bool = False, opened: bool = False
-) -> CausalGraph:
-    """Find the independent flows of a graph as `assign` does.
-
-    Raises
-    ------
-    BgError
-        Sources contradict each other, or rigid connections form a closed chain.
-    """
-    found = assign(graph, ranged=ranged, opened=opened)
-    if isinstance(found, Refused):
-        raise found.error
-    return found
-
-
 def assign(
     graph: FlatGraph, *, ranged: bool = False, opened: bool = False
 ) -> CausalGraph | Refused:

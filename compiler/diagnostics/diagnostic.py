@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
+from typing import TypeVar
 
 from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
+
+Result = TypeVar("Result")
 
 
 class Severity(Enum):
@@ -95,6 +98,19 @@ class Refused:
     def faults(self) -> set[Fault]:
         """The causes of its errors."""
         return {diagnostic.fault for diagnostic in self.error.diagnostics}
+
+
+def accepted(result: Result | Refused) -> Result:
+    """The result of a choice.
+
+    Raises
+    ------
+    BgError
+        The choice was refused.
+    """
+    if isinstance(result, Refused):
+        raise result.error
+    return result
 
 
 def _line(diagnostic: Diagnostic) -> str:

@@ -8,9 +8,9 @@ need are ever built. The order of the states is: storage (by element), declared,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level
+from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import ClosingRows, closing_rows

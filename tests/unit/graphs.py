@@ -9,8 +9,11 @@ from fractions import Fraction
 from itertools import pairwise
 
 from bgc.algebra.dag import Dag, Kind
+from bgc.causality.assign import assign
+from bgc.diagnostics.diagnostic import accepted
 from bgc.diagnostics.source import Source as Text
 from bgc.diagnostics.source import Span
+from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import (
     Bond,
     Element,
@@ -298,3 +301,8 @@ def rlc(r: Number = 2, l: Number = 3, c: Number = 4, e: Number = 1) -> GraphBuil
     g.resistor("resistor", r)
     g.draw("supply -> loop -> coil, capacitor, resistor")
     return g
+
+
+def causal_of(graph: FlatGraph) -> CausalGraph:
+    """The causality of a graph by the plain choice."""
+    return accepted(assign(graph))

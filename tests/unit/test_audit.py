@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from graphs import rlc
+from graphs import causal_of, rlc
 from refusals import codes_of
 
 import bgc
-from bgc.causality.assign import assign_causality
 from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.audit import assert_power_balance, power_defect
@@ -24,7 +23,7 @@ def program():
     names = ("stored", "supplied", "dissipated")
     accounts = tuple(AccountColumn(name, f"energy.{name}") for name in names)
     return derive_equations(
-        assign_causality(replace(graph, scene=replace(graph.scene, accounts=accounts)))
+        causal_of(replace(graph, scene=replace(graph.scene, accounts=accounts)))
     )
 
 
@@ -54,7 +53,7 @@ scene s of Held {
 
 def held(account):
     graph = elaborate(load_text(HELD.replace("ACCOUNT", account), "model.bg"))
-    return derive_equations(assign_causality(graph))
+    return derive_equations(causal_of(graph))
 
 
 @pytest.mark.parametrize("account", ["stored", "dissipated"])
@@ -81,7 +80,7 @@ scene s of Looped { observe load.e, turn.f1, turn.f2, energy.residual; run 1 s; 
 
 def looped(flow):
     graph = elaborate(load_text(LOOPED.replace("FLOW", flow), "model.bg"))
-    return derive_equations(assign_causality(graph))
+    return derive_equations(causal_of(graph))
 
 
 def test_powers_of_an_unknown_that_is_zero_up_to_its_solution_balance():

@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 
 import pytest
-from graphs import GraphBuilder, drawn, rlc
+from graphs import GraphBuilder, causal_of, drawn, rlc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
 from refusals import codes_of, refusal
 
 from bgc.algebra.dag import Op
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import BasisKind, Rule
@@ -20,15 +19,15 @@ from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:
-    return codes_of(lambda: assign_causality(g.build()))
+    return codes_of(lambda: causal_of(g.build()))
 
 
 def kinds(g: GraphBuilder) -> list[BasisKind]:
-    return [b.kind for b in assign_causality(g.build()).basis]
+    return [b.kind for b in causal_of(g.build()).basis]
 
 
 def test_series_circuit_has_one_independent_flow() -> None:
-    causal = assign_causality(rlc().build())
+    causal = causal_of(rlc().build())
     assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
     assert [(s.rule, s.at_head) for s in causal.strokes] == [
         (Rule.FIXED, True),  # the supply gives the effort to the loop
@@ -55,7 +54,7 @@ def test_two_efforts_on_one_junction_conflict() -> None:
         "first : Se(1); second : Se(2); node : J0; load : R(1); first -> node; "
         "second -> node -> load"
     )
-    diagnostic = refusal(lambda: assign_causality(g.build()))
+    diagnostic = refusal(lambda: causal_of(g.build()))
     assert diagnostic.code == "BG501"
     assert "`first` and `second` both set the same effort" in diagnostic.message
     assert diagnostic.note == "they are connected through first - node - second"
@@ -82,7 +81,7 @@ def test_source_without_load(source: str, junction: str) -> None:
 
 def test_gyrator_becomes_a_transformer_of_a_dualised_region() -> None:
     g = drawn("mass : I(2); motor : GY(3); spring : C(4); motor -> mass; spring -> motor")
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     assert sorted(causal.dual) == [False, True]
     # a spring behind a gyrator is a second inertia on the same independent flow
     assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
@@ -104,7 +103,7 @@ def test_a_modulus_that_varies_is_never_divided_by() -> None:
     angle = g.state("theta", 0)
     g.derivative(angle, g.flow(0))
     pendulum(g.dag.call(Op.COS, angle), g)
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     (basis,) = causal.basis
     assert basis.kind is BasisKind.INERTIA
     assert basis.bond_class == causal.class_of[0]
@@ -122,7 +121,7 @@ def test_an_inertia_behind_a_modulus_that_varies_is_moved_by_one_flow() -> None:
         "spring : C(1); damper : R(1); body : I(1); node -> gear -> shaft; node -> spring, damper; "
         "shaft -> body"
     )
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     assert sorted(b.kind.name for b in causal.basis) == ["INERTIA", "RESISTANCE"]
     (moving,) = (b.bond_class for b in causal.basis if b.kind is BasisKind.INERTIA)
     assert moving == causal.class_of[0]  # node -> gear
@@ -135,7 +134,7 @@ def test_a_parameter_that_is_divided_by_is_watched() -> None:
     g.source("Sf", "drive", g.node(1))
     g.transformer("gear", ((ratio,),))
     g.draw("load : R(1); load -> gear -> drive")
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     assert [p.node for p in causal.positive] == [ratio]
     assert causal.positive[0].message == "the modulus of `gear` must not be zero"
 
@@ -165,7 +164,7 @@ def test_a_rigid_chain_may_close_on_inertias_only(moved: str) -> None:
         assert codes(g) == ["BG502"]
         return
     graph = g.build()
-    (closure,) = assign_causality(graph).closures
+    (closure,) = causal_of(graph).closures
     assert [graph.elements[k].name for k in closure.elements] == ["rod"]
 
 
@@ -184,7 +183,7 @@ def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
     for k in (1, 2):
         g.bond("turn", f"{far}{k}")
         g.bond(f"{near}{k}", "turn")
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     assert {b.kind for b in causal.basis} == {BasisKind.FLOW_SOURCE}
     assert causal.positive == ()
 
@@ -192,13 +191,13 @@ def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
 def test_parallel_bonds_are_warned_of() -> None:
     g = rlc()
     g.draw("again : J1; loop -> again; loop -> again")
-    assert [w.code for w in assign_causality(g.build()).warnings] == ["BG505"]
+    assert [w.code for w in causal_of(g.build()).warnings] == ["BG505"]
 
 
 def test_a_flow_that_goes_round_is_warned_of() -> None:
     g = rlc()
     g.draw("node : J0; ring : J1; node -> ring -> node")
-    warnings = assign_causality(g.build()).warnings
+    warnings = causal_of(g.build()).warnings
     assert [w.code for w in warnings] == ["BG504", "BG507"]
     assert "`node`" in warnings[0].message
 
@@ -209,7 +208,7 @@ def test_strokes_obey_the_rules_of_every_element(seed: int) -> None:
     """A J0 is given one effort, a J1 one flow; a transformer as many as rows, sources theirs."""
     graph = random_graph(seed, gyrators=0).build()
     try:
-        causal = assign_causality(graph)
+        causal = causal_of(graph)
     except BgError:
         return
     if causal.warnings:
@@ -245,7 +244,7 @@ def calls_for_chain(size: int) -> int:
     before = sys.getprofile()
     sys.setprofile(count)
     try:
-        causal = assign_causality(graph)
+        causal = causal_of(graph)
     finally:
         sys.setprofile(before)
     assert len(causal.basis) == size

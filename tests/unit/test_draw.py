@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
-from graphs import drawn, rlc
+from graphs import causal_of, drawn, rlc
 from refusals import refusals
 
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph
@@ -40,7 +39,7 @@ def pair() -> FlatGraph:
 
 
 def test_strokes_stand_where_the_effort_is_given():
-    drawn = edges(to_dot(assign_causality(rlc().build())))
+    drawn = edges(to_dot(causal_of(rlc().build())))
     assert "arrowhead=teelvee" in drawn["0", "1"]  # the supply gives the loop its effort
     assert "arrowhead=teelvee" in drawn["1", "2"]  # the loop gives the coil its effort
     assert "arrowtail=tee" in drawn["1", "3"]  # the capacitor gives the loop its effort
@@ -48,11 +47,11 @@ def test_strokes_stand_where_the_effort_is_given():
 
 
 def test_the_drawing_is_the_same_each_time():
-    assert to_dot(assign_causality(rlc().build())) == to_dot(assign_causality(rlc().build()))
+    assert to_dot(causal_of(rlc().build())) == to_dot(causal_of(rlc().build()))
 
 
 def test_a_wide_bond_is_one_double_line_between_parts_drawn_once():
-    text = to_dot(assign_causality(wide(pair())))
+    text = to_dot(causal_of(wide(pair())))
     ((_, facts),) = edges(text).items()
     assert 'label="2"' in facts and "black:invis:black" in facts
     assert text.count("<b>Se</b>") == 1
@@ -60,12 +59,12 @@ def test_a_wide_bond_is_one_double_line_between_parts_drawn_once():
 
 
 def test_scalar_bonds_of_an_array_stay_apart():
-    assert len(edges(to_dot(assign_causality(pair())))) == 2
+    assert len(edges(to_dot(causal_of(pair())))) == 2
 
 
 def test_parts_of_parts_stand_in_their_boxes():
     g = drawn("crane.motor.supply : Se(1); crane.boom : I(1); crane.motor.supply -> crane.boom")
-    text = to_dot(assign_causality(g.build()))
+    text = to_dot(causal_of(g.build()))
     assert 'subgraph "cluster_crane"' in text
     assert 'subgraph "cluster_crane.motor"' in text
     assert ">boom<" in text
@@ -134,7 +133,7 @@ def test_parts_can_be_collapsed_and_others_are_refused(tmp_path):
 
 @needs_dot
 def test_graphviz_takes_it():
-    assert b"</svg>" in lay_out(to_dot(assign_causality(rlc().build())), "svg")
+    assert b"</svg>" in lay_out(to_dot(causal_of(rlc().build())), "svg")
 
 
 @needs_dot
@@ -145,6 +144,6 @@ def test_what_graphviz_refuses_is_a_diagnostic():
 def test_without_graphviz_it_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(BgError) as error:
-        lay_out(to_dot(assign_causality(rlc().build())), "svg")
+        lay_out(to_dot(causal_of(rlc().build())), "svg")
     assert error.value.diagnostics[0].code == "BG056"
     assert "graphviz" in error.value.diagnostics[0].help

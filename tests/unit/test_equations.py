@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from dense import evaluate_at_random, largest_misfit, observe_everything
-from graphs import GraphBuilder, drawn, rlc
+from graphs import GraphBuilder, causal_of, drawn, rlc
 from joints import chain_of_bodies
 from refusals import codes_of
 from test_causality import chain, pendulum
@@ -16,14 +16,13 @@ from test_causality import chain, pendulum
 from bgc.algebra.dag import Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.infix import infix_lines
-from bgc.causality.assign import assign_causality
 from bgc.equations.derive import derive_equations
 from bgc.ir.graph import EnergyLaw, ExplicitLaw, Form, Node
 from bgc.ir.program import MassEntry, Program
 
 
 def program_of(g: GraphBuilder) -> Program:
-    return derive_equations(assign_causality(g.build()))
+    return derive_equations(causal_of(g.build()))
 
 
 def text(program: Program) -> list[str]:
@@ -46,7 +45,7 @@ def initials(program: Program) -> dict[str, float]:
 def assert_solves_everything(g: GraphBuilder) -> Program:
     observe_everything(g)
     graph = g.build()
-    program = derive_equations(assign_causality(graph))
+    program = derive_equations(causal_of(graph))
     for seed in (1, 2):
         assert largest_misfit(graph, evaluate_at_random(program, seed)) < 1e-9
     return program
@@ -377,7 +376,7 @@ def test_scales_weigh_charges_by_the_energy_of_the_inertia_beside_them() -> None
 def test_long_chains_are_derived_in_about_a_second(size: int) -> None:
     g = GraphBuilder()
     chain(g, size)
-    causal = assign_causality(g.build())
+    causal = causal_of(g.build())
     start = time.process_time()
     program = derive_equations(causal)
     assert time.process_time() - start < 2

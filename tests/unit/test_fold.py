@@ -6,10 +6,10 @@ import math
 from pathlib import Path
 
 import pytest
+from graphs import causal_of
 
 import bgc
 from bgc.algebra.dag import Op
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import check_source, compile_scene
 from bgc.elaboration.elaborate import elaborate
@@ -50,7 +50,7 @@ def left(text: str, overrides: tuple[tuple[str, str], ...] = ()) -> set[str]:
 
 
 def lowered(text: str) -> Lowered:
-    program = derive_equations(assign_causality(folded(text).graph))
+    program = derive_equations(causal_of(folded(text).graph))
     return lower(optimise(slice_program(program)))
 
 
@@ -102,7 +102,7 @@ def test_a_zero_friction_leaves_no_trace() -> None:
     bare = ROTOR.replace("R(friction)", "R(0)").replace("R(drag)", "R(0)")
     without = lowered(SCENE % "")
     graph = elaborate(load_text(bare + SCENE % "", "bare.bg"))
-    other = lower(optimise(slice_program(derive_equations(assign_causality(graph)))))
+    other = lower(optimise(slice_program(derive_equations(causal_of(graph)))))
 
     def size(made: Lowered) -> tuple[int, int, int]:
         dag = made.program.dag

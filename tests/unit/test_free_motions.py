@@ -13,7 +13,7 @@ from dense import (
     pencil_degree,
     power_imbalance,
 )
-from graphs import GraphBuilder, drawn
+from graphs import GraphBuilder, causal_of, drawn
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
@@ -22,7 +22,6 @@ from test_equations import assert_solves_everything, energy_defect, initials, pr
 
 from bgc.algebra.dag import Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
 from bgc.ir.graph import EnergyLaw, ExplicitLaw, Form, Node
@@ -436,7 +435,7 @@ def test_random_graphs_with_moduli_that_turn_are_solved_or_refused(seed: int) ->
     observe_everything(g)
     graph = g.build()
     try:
-        program = derive_equations(assign_causality(graph))
+        program = derive_equations(causal_of(graph))
     except BgError:
         return
     point = evaluate_at_random(program, seed)
@@ -456,7 +455,7 @@ def check_random_graph(seed: int, size: int, gyrators: float, sources: float = 0
     g.accounts = ("residual",)  # has the compiler balance the powers too
     graph = g.build()
     try:
-        program = derive_equations(assign_causality(graph))
+        program = derive_equations(causal_of(graph))
     except BgError:
         assert degree is None
         return

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from graphs import causal_of
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.derive import derive_equations
@@ -26,7 +26,7 @@ model Sled { port tip in : Line main; input v0 : m/s = 0; inside : Mass(v0 = v0)
 def program_of(model: str, scene: str = "") -> Program:
     text = f"{PARTS} model M {{ {model} }} scene s of M {{ {scene} observe node.f as v; }}"
     graph = fold_parameters(elaborate(load_text(text, "model.bg"))).graph
-    return derive_equations(assign_causality(graph))
+    return derive_equations(causal_of(graph))
 
 
 def start_of(program: Program) -> float:
@@ -95,7 +95,7 @@ def test_an_element_gives_way_as_a_whole() -> None:
       turning : J1; turning -> hinge; cradle, turning -> join -> lever -> link; link : Link(); }}
     scene s of M {{ observe turning.f as v; }}"""
     graph = fold_parameters(elaborate(load_text(text, "model.bg"))).graph
-    program = derive_equations(assign_causality(graph))
+    program = derive_equations(causal_of(graph))
     # Of (1 + v)^2/2 + v^2/2, the least; standing still in the second place alone would be -1.
     assert start_of(program) == pytest.approx(-0.5)
     assert program.ignored_defaults == ("link.body",)
@@ -104,7 +104,7 @@ def test_an_element_gives_way_as_a_whole() -> None:
 def test_the_table_tells_what_gave_way() -> None:
     text = TWO.format(a="Mass(v0 = 3)", b="Mass()")
     source = f"{PARTS} model M {{ {text} }} scene s of M {{ observe node.f as v; }}"
-    causal = assign_causality(fold_parameters(elaborate(load_text(source, "model.bg"))).graph)
+    causal = causal_of(fold_parameters(elaborate(load_text(source, "model.bg"))).graph)
     rows = {row[0]: row[-1] for row in storage_table(causal, derive_equations(causal)).rows}
     assert "starts as what it is joined to" in rows["b.body"]
     assert "starts as what" not in rows["a.body"]

@@ -6,11 +6,11 @@ import random
 from itertools import combinations
 
 import pytest
+from graphs import causal_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bgc.algebra.dag import Kind
-from bgc.causality.assign import assign_causality
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.derive import derive_equations
 from bgc.ir.program import Program, Reason
@@ -23,7 +23,7 @@ from bgc.slicing.slicing_report import dropped_lines
 
 def program_of(text: str) -> Program:
     graph = fold_parameters(elaborate(load_text(text, "model.bg"))).graph
-    return derive_equations(assign_causality(graph))
+    return derive_equations(causal_of(graph))
 
 
 def invariants(text: str) -> dict[str, str]:

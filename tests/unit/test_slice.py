@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from graphs import GraphBuilder, rlc
+from graphs import GraphBuilder, causal_of, rlc
 
 from bgc.algebra.dag import Kind
-from bgc.causality.assign import assign_causality
 from bgc.equations.derive import derive_equations
 from bgc.ir.program import Dropped, Program, Reason
 from bgc.slicing.slice import slice_program
 
 
 def program_of(g: GraphBuilder) -> Program:
-    return derive_equations(assign_causality(g.build()))
+    return derive_equations(causal_of(g.build()))
 
 
 def cascade() -> GraphBuilder:

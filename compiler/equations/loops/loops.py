@@ -115,7 +115,7 @@ class _Loop:
         self._rates = rates
         symbols = [m for m in members if self._dag.op[m] == Op.SYMBOL]
         if any(isinstance(variables.define(s), Rate) and s not in rates for s in symbols):
-            raise variables.places.rate_in_loop(symbols, self._members)
+            raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
         self._signs = Signs(self._dag, variables.defaults)
 

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.paths import connections, gyrators_around
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import ports
 from bgc.diagnostics.catalogue import storage as storage_messages
-from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label
+from bgc.diagnostics.diagnostic import BgError, Label
 from bgc.diagnostics.source import Span
 from bgc.ir.causal import CausalGraph, Role
-from bgc.ir.graph import Gyrator, Node, Source, Storage
-
-
-class RateInLoop(BgError):
-    """A loop runs through the rate of a merged variable; `sources` have their values in it."""
-
-    def __init__(self, diagnostic: Diagnostic, sources: frozenset[int]) -> None:
-        super().__init__([diagnostic])
-        self.sources = sources
+from bgc.ir.graph import Gyrator, Node, Storage
 
 
 class Places:
@@ -172,16 +164,11 @@ class Places:
         name, span = self.name_of(symbol), self.span_of(symbol)
         return BgError([catalogue.not_invertible(span, name, elements, why)])
 
-    def rate_in_loop(self, symbols: Sequence[Node], members: Collection[Node] = ()) -> RateInLoop:
-        """A loop runs through the rate of a merged variable; `members` are all its nodes."""
+    def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
+        """A loop runs through the rate of a merged variable."""
         places = [self._place(symbol) for symbol in symbols]
         names = list(dict.fromkeys(name for name, _ in places))
-        sources = frozenset(
-            index
-            for index, element in enumerate(self._causal.graph.elements)
-            if isinstance(element, Source) and not element.follows and element.value in members
-        )
-        return RateInLoop(catalogue.derivative_loop(places[0][1], names), sources)
+        return BgError([catalogue.derivative_loop(places[0][1], names)])
 
     def no_rate(self, symbol: Node, of: Symbol | None = None) -> BgError:
         """A rate would need the rate of an input (`of`) or of a loop's unknown."""
