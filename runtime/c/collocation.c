@@ -34,19 +34,13 @@ static bgc_status factorise_stages(const bgc_model *m, bgc_data *d, const bgc_co
     return status;
 }
 
-/* out = sum of weight[i] times vector i. */
-static void weigh(int n, int count, const double *weight, const double *vectors, double *out) {
-    memset(out, 0, (size_t)n * sizeof *out);
-    bgc_combine(n, count, weight, vectors, out);
-}
-
 /* out = left F - lambda M (left Z), for one row of left and a real lambda. */
 static void stage_residual(const bgc_model *m, bgc_data *d, const double *left, int stages,
                            double lambda, const double *z, const double *f, double *out) {
     const int n = m->n_state;
 
-    weigh(n, stages, left, f, out);
-    weigh(n, stages, left, z, d->point);
+    bgc_combine(n, stages, left, f, NULL, out);
+    bgc_combine(n, stages, left, z, NULL, d->point);
     if (m->n_mass > 0) {
         bgc_multiply_mass(m, d, d->point, d->magnitude);
     }
@@ -91,7 +85,7 @@ static bgc_status correct_complex(const bgc_model *m, bgc_data *d, const bgc_col
         b[i] = (bgc_complex){d->right[i], d->error[i]};
     }
     for (int part = 0; part < 2; part++) {
-        weigh(n, stages, c->left2[1 - part], z, d->point);
+        bgc_combine(n, stages, c->left2[1 - part], z, NULL, d->point);
         if (m->n_mass > 0) {
             bgc_multiply_mass(m, d, d->point, d->magnitude);
         }
@@ -245,7 +239,7 @@ static bgc_status estimate_error(const bgc_model *m, bgc_data *d, const bgc_coll
     for (int s = 0; s < c->stages; s++) {
         weight[s] = c->e[s] / h;
     }
-    weigh(n, c->stages, weight, d->stages, d->point);
+    bgc_combine(n, c->stages, weight, d->stages, NULL, d->point);
     if (m->n_mass > 0) {
         bgc_multiply_mass(m, d, d->point, d->magnitude);
     }
@@ -294,8 +288,7 @@ bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_method *meth
     if (status == BGC_OK && bgc_is_adaptive(method)) {
         status = filter_error(m, d, c, h);
     }
-    memcpy(d->next, d->x, (size_t)n * sizeof *d->next);
-    bgc_combine(n, c->stages, c->last, d->stages, d->next);
+    bgc_combine(n, c->stages, c->last, d->stages, d->x, d->next);
     return status;
 }
 
@@ -327,7 +320,7 @@ void bgc_correction_of_slope(const bgc_model *m, bgc_data *d, const bgc_method *
     const bgc_collocation *c = method->collocation;
     const double h = d->core.t_end - d->core.t_old;
 
-    bgc_combine(m->n_state, c->stages, c->e, d->stages, change);
+    bgc_combine(m->n_state, c->stages, c->e, d->stages, NULL, change);
     for (int i = 0; i < m->n_state; i++) {
         const double slope = h * d->inverse_mass[i];
         change[i] = slope != 0.0 ? 0.5 * (slope * d->f[i] + change[i]) : 0.0;

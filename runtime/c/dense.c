@@ -11,18 +11,13 @@
 /* Stores the dense output of a step to d->next at `end`, before that becomes the present. Hermite
  * polynomials need f at the end, which is evaluated when they are used. */
 void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end) {
-    const int n = m->n_state;
-    const size_t size = (size_t)n * sizeof(number);
-
     d->core.t_old = d->core.t;
     d->core.t_end = end;
     memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(number));
-    memcpy(d->y0, d->x, size);
-    memcpy(d->y1, d->next, size);
+    bgc_keep_ends(m, d);
     if (!d->core.left && bgc_interpolate_by(m, d, method)) {
         d->core.dense = BGC_DENSE_READY;
     } else {
-        memcpy(d->k, d->f, size);
         d->core.dense = BGC_SLOPES_PENDING;
     }
 }
@@ -75,9 +70,11 @@ static const number *slope_at_end(const bgc_model *m, bgc_ivp *d) {
 static void complete_slopes(const bgc_model *m, bgc_ivp *d) {
     const size_t width = bgc_chunked(m->n_state);
     const double h = d->core.t_end - d->core.t_old;
-    const number *f_end = slope_at_end(m, d);
+    const number *f_end;
     number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
 
+    bgc_load_slopes(m, d);
+    f_end = slope_at_end(m, d);
     for (size_t i = 0; i < width; i += BGC_CHUNK) {
         make_cubics(h, d->y0 + i, d->y1 + i, d->inverse_mass + i, f_end + i, k1 + i, k2 + i);
     }

@@ -28,8 +28,7 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *met
             bgc_status status;
 
             /* The point of the stage, consistent, and f there. */
-            memcpy(d->point, d->x, size);
-            bgc_combine(n, s, tableau->a[s], d->stages, d->point);
+            bgc_combine(n, s, tableau->a[s], d->stages, d->x, d->point);
             copy_algebraic(d, d->next, d->point);
             status = bgc_satisfy_rows(m, d, t, d->point);
             if (status != BGC_OK) {

@@ -32,7 +32,6 @@ typedef bgc_lane_accounts bgc_accounts;
 #define bgc_runge_kutta bgc_batch_runge_kutta
 #define bgc_sum_stages bgc_batch_sum_stages
 #define bgc_interpolate_stages bgc_batch_interpolate_stages
-#define bgc_correction_of_stages bgc_batch_correction_of_stages
 #define bgc_store_dense bgc_batch_store_dense
 #define bgc_interpolate bgc_batch_interpolate
 #define bgc_interpolate_all bgc_batch_interpolate_all
@@ -109,14 +108,41 @@ int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *met
 static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     return bgc_interpolate_stages(m, d, method);
 }
-void bgc_correction_of_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method, number *change);
 static inline void bgc_integrate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
                                     number power[2]) {
-    (void)m, (void)d, (void)method, (void)power; /* collocation methods alone have one */
+    (void)m, (void)d, (void)method, (void)power; /* collocation methods alone */
 }
 static inline void bgc_correct_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
                                   number *change) {
-    bgc_correction_of_stages(m, d, method, change);
+    (void)m, (void)d, (void)method, (void)change; /* collocation methods alone */
+}
+
+/* The ends of a step to d->next, for its dense output; d->next becomes the present. Pointers to the arrays change
+ * places. */
+static inline void bgc_keep_ends(const bgc_model *m, bgc_ivp *d) {
+    (void)m;
+    d->y0 = d->x;
+    d->y1 = d->next;
+    d->slopes = d->f;
+}
+/* f at the start to d->k, before d->f changes; f at the end to d->f. */
+static inline void bgc_load_slopes(const bgc_model *m, bgc_ivp *d) {
+    memcpy(d->k, d->slopes, (size_t)m->n_state * sizeof *d->k);
+}
+static inline void bgc_take_slopes(const bgc_model *m, bgc_ivp *d, number **from) {
+    number *before = d->f;
+
+    (void)m;
+    d->f = *from;
+    *from = before;
+}
+static inline void bgc_replace_present(const bgc_model *m, bgc_ivp *d) {
+    number *before = d->x;
+
+    (void)m;
+    d->x = d->next;
+    d->next = d->spare;
+    d->spare = before;
 }
 
 /* State i has passed a multiple of its tolerance where `changed`, in a step to t. */
@@ -191,6 +217,20 @@ static inline void bgc_correct_by(const bgc_model *m, bgc_ivp *d, const bgc_meth
                                   number *change) {
     method->family->correction(m, d, method, change);
 }
+static inline void bgc_keep_ends(const bgc_model *m, bgc_ivp *d) {
+    memcpy(d->y0, d->x, (size_t)m->n_state * sizeof *d->x);
+    memcpy(d->y1, d->next, (size_t)m->n_state * sizeof *d->x);
+    memcpy(d->k, d->f, (size_t)m->n_state * sizeof *d->x);
+}
+static inline void bgc_load_slopes(const bgc_model *m, bgc_ivp *d) {
+    (void)m, (void)d;
+}
+static inline void bgc_take_slopes(const bgc_model *m, bgc_ivp *d, number **from) {
+    memcpy(d->f, *from, (size_t)m->n_state * sizeof *d->f);
+}
+static inline void bgc_replace_present(const bgc_model *m, bgc_ivp *d) {
+    memcpy(d->x, d->next, (size_t)m->n_state * sizeof *d->x);
+}
 static inline void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, double t) {
     (void)changed;
     bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
@@ -216,7 +256,8 @@ typedef struct {
 } bgc_balance;
 
 /* --- vectors.c */
-void bgc_combine(int n, int count, const double *weight, const number *vectors, number *out);
+void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
+                 number *out);
 number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
                        const number *b, double rtol, double atol, number reached);
 number bgc_norm(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
@@ -240,8 +281,6 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *meth
 bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
 void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
-void bgc_correction_of_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
-                              number *change);
 
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end);

@@ -77,7 +77,7 @@ typedef struct {
      * has no dense output of its own. */
     int (*interpolate)(const bgc_model *m, bgc_data *d, const bgc_method *method);
 
-    /* After a fixed step: by how much its last stages change the result, added to `change`. */
+    /* After a fixed step: by how much its last stages change the result, to `change`. */
     void (*correction)(const bgc_model *m, bgc_data *d, const bgc_method *method, double *change);
 
     /* After the step: the integrals of the supplied and the dissipated power over it, by the

@@ -14,11 +14,10 @@ static void add_earlier_stages(const bgc_model *m, bgc_ivp *d, const double *c, 
         weight[j] = c[j] / h;
     }
     if (m->n_mass == 0) {
-        bgc_combine(n, stage, weight, d->stages, right);
+        bgc_combine(n, stage, weight, d->stages, right, right);
         return;
     }
-    memset(d->point, 0, (size_t)n * sizeof *d->point);
-    bgc_combine(n, stage, weight, d->stages, d->point);
+    bgc_combine(n, stage, weight, d->stages, NULL, d->point);
     bgc_multiply_mass(m, d, d->point, d->error);
     for (int i = 0; i < n; i++) {
         right[i] += d->error[i];
@@ -50,8 +49,7 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *meth
         if (s == 0) {
             memcpy(stage, d->f, size);
         } else {
-            memcpy(d->point, d->x, size);
-            bgc_combine(n, s, tableau->a[s], d->stages, d->point);
+            bgc_combine(n, s, tableau->a[s], d->stages, d->x, d->point);
             bgc_functions(m, d)->rhs(d->h, number_of(d->core.t + tableau->alpha[s] * h), d->point, d->u, stage,
                                     d->work);
             d->core.counts.rhs++;

@@ -69,7 +69,8 @@ static void move_back(const bgc_model *m, bgc_ivp *d, const bgc_method *method) 
     const double shift = shift_of_step * (core->t_end - core->t_old);
 
     if (method->family->jacobian) {
-        bgc_interpolate_all(m, d, core->t_end - shift, d->x);
+        bgc_interpolate_all(m, d, core->t_end - shift, d->point);
+        memcpy(d->x, d->point, (size_t)m->n_state * sizeof *d->x);
     } else {
         for (int i = 0; i < m->n_state; i++) {
             d->x[i] -= shift * d->inverse_mass[i] * d->f[i];

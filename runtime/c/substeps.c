@@ -11,10 +11,8 @@
  */
 #include "bgc_internal.h"
 #include "control.h"
-#include "tolerance.h"
 
 #include <math.h>
-#include <string.h>
 
 /* A rejection is only worth its cost where the next step may be shorter than this part. */
 static const double worthwhile = 0.9;
@@ -93,18 +91,9 @@ static int is_within_everywhere(const bgc_model *m, const bgc_data *d, const bgc
 /* The embedded error of the step to d->next over the tolerances, root mean square. */
 static double embedded_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const bgc_tableau *tableau = method->tableau;
-    const bgc_core *core = &d->core;
-    double sum = 0.0;
 
-    memset(d->error, 0, (size_t)m->n_state * sizeof *d->error);
-    bgc_combine(m->n_state, tableau->stages, tableau->embedded, d->stages, d->error);
-    for (int i = 0; i < m->n_state; i++) {
-        const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
-        const double r = d->error[i] / bgc_step_tolerance(size, d->scale[i], 1.0, core->sub_rtol,
-                                                          core->sub_atol);
-        sum += r * r;
-    }
-    return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;
+    bgc_combine(m->n_state, tableau->stages, tableau->embedded, d->stages, NULL, d->error);
+    return bgc_norm_within(m, d, d->error, d->x, d->next, d->core.sub_rtol, d->core.sub_atol, 1.0);
 }
 
 /* --- acceptance -------------------------------------------------------------------------------- */

@@ -203,8 +203,7 @@ static double step_times_eigenvalue(const bgc_model *m, bgc_ivp *d) {
     for (int j = 0; j < last; j++) {
         weight[j] = tableau->a[last][j] - tableau->a[last - 1][j];
     }
-    memset(d->point, 0, (size_t)n * sizeof *d->point);
-    bgc_combine(n, last, weight, d->stages, d->point);
+    bgc_combine(n, last, weight, d->stages, NULL, d->point);
     for (int i = 0; i < n; i++) {
         d->right[i] = u[i] - before[i];
     }

@@ -305,7 +305,6 @@ static const bgc_family explicit_runge_kutta = {
     .rows = BGC_ROWS_LEFT,
     .advance = bgc_runge_kutta,
     .interpolate = bgc_interpolate_stages,
-    .correction = bgc_correction_of_stages,
 };
 
 static const bgc_family rosenbrock = {
@@ -315,7 +314,6 @@ static const bgc_family rosenbrock = {
     .rows = BGC_ROWS_NEARLY,
     .advance = bgc_rosenbrock,
     .interpolate = bgc_interpolate_stages,
-    .correction = bgc_correction_of_stages,
 };
 
 /* Adaptive methods of three stages. */

@@ -4,45 +4,111 @@
 
 #include <string.h>
 
-/* Loops of fixed length, which compilers vectorise at every level of optimisation. */
-static inline void add_one(number *restrict out, double w, const number *restrict v) {
+/* Loops of fixed length, which compilers vectorise at every level of optimisation: out = base + sum of w_j v_j,
+ * and the same in place. */
+static inline void add_one(number *restrict out, const number *restrict base, double w,
+                           const number *restrict v) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        out[l] = base[l] + w * v[l];
+    }
+}
+
+static inline void add_two(number *restrict out, const number *restrict base, const double *w,
+                           const number *restrict v0, const number *restrict v1) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        out[l] = (base[l] + w[0] * v0[l]) + w[1] * v1[l];
+    }
+}
+
+static inline void add_three(number *restrict out, const number *restrict base, const double *w,
+                             const number *restrict v0, const number *restrict v1,
+                             const number *restrict v2) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        out[l] = ((base[l] + w[0] * v0[l]) + w[1] * v1[l]) + w[2] * v2[l];
+    }
+}
+
+static inline void add_one_more(number *restrict out, double w, const number *restrict v) {
     for (int l = 0; l < BGC_CHUNK; l++) {
         out[l] += w * v[l];
     }
 }
 
-static inline void add_four(number *restrict out, double w0, double w1, double w2, double w3,
+static inline void add_four(number *restrict out, const number *restrict base, const double *w,
                             const number *restrict v0, const number *restrict v1,
                             const number *restrict v2, const number *restrict v3) {
     for (int l = 0; l < BGC_CHUNK; l++) {
-        out[l] += (w0 * v0[l] + w1 * v1[l]) + (w2 * v2[l] + w3 * v3[l]);
+        out[l] = base[l] + ((w[0] * v0[l] + w[1] * v1[l]) + (w[2] * v2[l] + w[3] * v3[l]));
     }
 }
 
-/* out += sum of weight[j] times vector j; the vectors are bgc_chunked(n) apart. Four are added at a
- * time, so that out is loaded and stored once for them. Zero weights are skipped. */
-void bgc_combine(int n, int count, const double *weight, const number *vectors, number *out) {
+static inline void add_four_more(number *restrict out, const double *w, const number *restrict v0,
+                                 const number *restrict v1, const number *restrict v2,
+                                 const number *restrict v3) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        out[l] += (w[0] * v0[l] + w[1] * v1[l]) + (w[2] * v2[l] + w[3] * v3[l]);
+    }
+}
+
+/* out = base + sum of weight[j] times vector j; the vectors are bgc_chunked(n) apart. `base` may be out itself, or
+ * NULL for zeros. Zero weights are skipped. Up to four vectors are added at a time, so that out is loaded and stored
+ * once for them. */
+void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
+                 number *out) {
     const size_t length = bgc_chunked(n);
-    const number *v[4] = {NULL, NULL, NULL, NULL};
-    double w[4] = {0.0, 0.0, 0.0, 0.0};
-    int filled = 0;
+    const number *v[BGC_MAX_STAGES], *from = base;
+    double w[BGC_MAX_STAGES];
+    number zeros[BGC_CHUNK];
+    size_t stride = BGC_CHUNK;
+    int filled = 0, done = 0;
 
     for (int j = 0; j < count; j++) {
-        if (weight[j] == 0.0) {
-            continue;
-        }
-        w[filled] = weight[j];
-        v[filled++] = vectors + (size_t)j * length;
-        if (filled == 4) {
-            for (size_t i = 0; i < length; i += BGC_CHUNK) {
-                add_four(out + i, w[0], w[1], w[2], w[3], v[0] + i, v[1] + i, v[2] + i, v[3] + i);
-            }
-            filled = 0;
+        if (weight[j] != 0.0) {
+            w[filled] = weight[j];
+            v[filled++] = vectors + (size_t)j * length;
         }
     }
-    for (int j = 0; j < filled; j++) {
+    if (base == NULL) {
+        memset(zeros, 0, sizeof zeros);
+        from = zeros;
+        stride = 0;
+    }
+
+    /* The first vectors onto the base, the others onto the sum. */
+    if (base != out && filled >= 4) {
+        for (size_t i = 0, k = 0; i < length; i += BGC_CHUNK, k += stride) {
+            add_four(out + i, from + k, w, v[0] + i, v[1] + i, v[2] + i, v[3] + i);
+        }
+        done = 4;
+    } else if (base != out && filled == 3) {
+        for (size_t i = 0, k = 0; i < length; i += BGC_CHUNK, k += stride) {
+            add_three(out + i, from + k, w, v[0] + i, v[1] + i, v[2] + i);
+        }
+        done = 3;
+    } else if (base != out && filled == 2) {
+        for (size_t i = 0, k = 0; i < length; i += BGC_CHUNK, k += stride) {
+            add_two(out + i, from + k, w, v[0] + i, v[1] + i);
+        }
+        done = 2;
+    } else if (base != out && filled == 1) {
+        for (size_t i = 0, k = 0; i < length; i += BGC_CHUNK, k += stride) {
+            add_one(out + i, from + k, w[0], v[0] + i);
+        }
+        done = 1;
+    } else if (base != out) {
+        for (size_t i = 0, k = 0; i < length; i += BGC_CHUNK, k += stride) {
+            memcpy(out + i, from + k, sizeof zeros);
+        }
+    }
+    for (; filled - done >= 4; done += 4) {
+        const number *const *u = v + done;
         for (size_t i = 0; i < length; i += BGC_CHUNK) {
-            add_one(out + i, w[j], v[j] + i);
+            add_four_more(out + i, w + done, u[0] + i, u[1] + i, u[2] + i, u[3] + i);
+        }
+    }
+    for (; done < filled; done++) {
+        for (size_t i = 0; i < length; i += BGC_CHUNK) {
+            add_one_more(out + i, w[done], v[done] + i);
         }
     }
 }

@@ -7,6 +7,8 @@
 #include "control.h"
 #include "modes.h"
 
+#include <string.h>
+
 /* Whether lane l is in the set. */
 static int is_among(unsigned lanes, int l) { return (int)(lanes >> l & 1u); }
 
@@ -346,6 +348,10 @@ void bgc_step_alone(bgc_batch *b) {
 /* Copies their results to the lanes, which go on with the batch. */
 void bgc_rejoin(bgc_batch *b) {
     b->written = b->single & b->active;
+    if (b->written != 0) { /* the end of the step for the dense output of the others */
+        memcpy(b->end, b->x, (size_t)b->m->n_state * sizeof *b->x);
+        b->y1 = b->end;
+    }
     for (int l = 0; b->written != 0 && l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->written, l)) {
             const bgc_data *d = b->instance[l];

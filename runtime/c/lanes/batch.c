@@ -43,8 +43,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->f_last = place(&at, n);
 
     /* A step: dense output, stages, error, and right-hand sides with inner unknowns. */
-    b->y0 = place(&at, n);
-    b->y1 = place(&at, n);
+    b->spare = place(&at, n);
+    b->end = place(&at, n);
     b->k = place(&at, BGC_MAX_DENSE * n);
     b->stages = place(&at, BGC_MAX_STAGES * n);
     b->direction = place(&at, n);
@@ -139,6 +139,8 @@ static void load_instances(bgc_batch *b, int count) {
     }
     b->account.exchanged =
         lane_max(lane_fabs(b->account.stored0), b->core.rtol * b->account.energy_scale);
+    b->y0 = b->y1 = b->x;
+    b->slopes = b->f;
     bgc_check_lanes(b);
 }
 

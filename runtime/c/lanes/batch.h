@@ -35,7 +35,8 @@ typedef struct {
     unsigned at_fault;       /* because of these lanes the last attempt was rejected */
 
     lane *h, *x, *u, *u_step, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f, *f_last;
-    lane *y0, *y1, *k, *stages;
+    lane *y0, *y1, *k, *stages; /* y0 and y1 are among x, next, spare, end */
+    lane *spare, *end, *slopes; /* slopes: f at the start of the step */
     lane *direction, *image, newest;
     lane *next, *error, *point, *right, *b, *wide, *residual, *reach, *magnitude, *output, *check, *work;
     lane *argument, *extent, *hiding;

@@ -54,11 +54,9 @@ static void release_lanes(bgc_batch *b, unsigned bad) {
 /* Lanes whose embedded error is above the tolerance subdivide the step by themselves. */
 static void judge_lanes(bgc_batch *b) {
     const bgc_tableau *tableau = b->method->tableau;
-    const int n = b->m->n_state;
     lane error;
 
-    memset(b->error, 0, (size_t)n * sizeof *b->error);
-    bgc_combine(n, tableau->stages, tableau->embedded, b->stages, b->error);
+    bgc_combine(b->m->n_state, tableau->stages, tableau->embedded, b->stages, NULL, b->error);
     error = bgc_norm_within(b->m, b, b->error, b->x, b->next, b->core.sub_rtol, b->core.sub_atol,
                             lane_of(1.0));
     b->single |= bgc_lanes_where(b, lane_not(error <= lane_of(1.0)));
