@@ -24,7 +24,7 @@ _ZERO_PART = 1e-12  # of scaled rows and singular values: what is below counts a
 _ACCURACY = 1e-12  # of a step along a path, in scales
 _LONGEST_PATH = 2000  # steps
 _SHORTEST_STEP = 1e-6  # step, in terms of the path
-_NEARBY = 1e-3  # distance of a second point, in scales
+NEARBY = 1e-3  # distance of a second point, in scales
 
 # Stages, and the difference of orders: J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6, 1980.
 _STAGES = (
@@ -79,7 +79,7 @@ class Relations:
         """Leave out what the momenta move neither at y nor at a point near to it."""
         self.begun = True
         moves = self._moved(y)[0].any(axis=1)
-        nearby = y + _NEARBY * np.random.default_rng(1).uniform(0.5, 1, len(y))
+        nearby = y + NEARBY * np.random.default_rng(1).uniform(0.5, 1, len(y))
         with suppress(Undefined):
             moves |= self._moved(nearby)[0].any(axis=1)
         self.rows = self.rows[moves]

@@ -40,7 +40,7 @@ from bgc.language.scene import Rest
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.relations import Relations, Undefined, orthonormal
+from bgc.runtime.running.relations import NEARBY, Relations, Undefined, orthonormal
 from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales, svd
 from bgc.runtime.running.rest_equations import RestEquations, require_ok
 
@@ -74,6 +74,7 @@ class RestSearch(RestEquations):
         self.stiffness = np.zeros(self.size)
         self.stiffness[: len(rest.stiffness)] = rest.stiffness
         self.trapped = np.zeros(0, dtype=np.intp)
+        self.unread = np.zeros(0, dtype=np.intp)
         self.begin = np.concatenate([self.start, self.given / self.of_parameters])
         self.z = self.begin
         self.rows = np.ones(0)
@@ -118,6 +119,7 @@ class RestSearch(RestEquations):
         """
         with suppress(Undefined):
             self._stop()
+            self.unread = self._unread()
             if giving_way:
                 self.trapped = self._trapped()
         self._restore()
@@ -131,6 +133,7 @@ class RestSearch(RestEquations):
             self._approach(related=False)
             self.steps_left = max(self.steps_left, _LAST_STEPS)
             self._approach(related=True)
+        self._follow()
         self._relate()
 
     def _approach(self, *, related: bool | None = None) -> None:
@@ -210,6 +213,31 @@ class RestSearch(RestEquations):
         found = [k for k in np.flatnonzero(zero).tolist() if k not in momenta and read[k] <= kept]
         return np.array(found, dtype=np.intp)
 
+    def _unread(self) -> NDArray[np.intp]:
+        """The states that no equation reads, here or nearby, and no relation joins: integrals."""
+        n = self.size
+        nearby = self.z.copy()
+        nearby[:n] += NEARBY * np.random.default_rng(1).uniform(0.5, 1, n)
+        reads = np.zeros(n, dtype=bool)
+        for z in (self.z, nearby):
+            reads |= self.slopes(z)[0][:, :n].any(axis=0)
+        reads[self.relations.rows] = True
+        return np.flatnonzero(~reads)
+
+    def _changing(self) -> list[int]:
+        """The states that conserved quantities leave out where they lead the search."""
+        return [*self.momenta, *self.trapped, *self.unread]
+
+    def _follow(self) -> None:
+        """Put states that nothing reads where conserved quantities have them, near their start."""
+        if self.unread.size:
+            slope, _ = self.slopes(self.z)
+            kept = self._conserved(slope[: self.size, : self.size], self.momenta)
+            self.z = self.z.copy()
+            self.z[self.unread] = self.declared[self.unread]
+            away = self.z[: self.size] - self.declared
+            self.z[self.unread] += least(kept[:, self.unread], -kept @ away)[0]
+
     def _relate(self) -> None:
         """Restore the relations between positions, and nothing else along free directions."""
         self.steps_left = max(self.steps_left, _LAST_STEPS)
@@ -277,8 +305,8 @@ class RestSearch(RestEquations):
         """
         slope, _ = self.slopes(self.z)
         away = self.z[: self.size] - self.declared
-        kept = self._conserved(slope[: self.size, : self.size])
-        away[self.trapped] = 0.0
+        kept = self._conserved(slope[: self.size, : self.size], self._changing())
+        away[self.trapped] = away[self.unread] = 0.0
         return float(np.linalg.norm(away) + 10 * np.linalg.norm(kept @ away))
 
     def _restore(self) -> float:
@@ -320,18 +348,23 @@ class RestSearch(RestEquations):
             matrix = (slope / self.rows[:, None]) @ basis
             sizes = row_scales(matrix) if self.trapped.size else np.ones(len(matrix))
             left, values, right = svd(matrix / sizes[:, None], full=False)
-            count = rank_of(values, rank * size)
-            left = left[:, :count]
-            inverse = -basis @ (right[:count].T / values[:count]) @ (left / sizes[:, None]).T
-            left_over = scaled / sizes - left @ (left.T @ (scaled / sizes))
-            solved = float(np.linalg.norm(left_over)) <= 0.5 * float(np.linalg.norm(scaled / sizes))
-            found = self._tried(inverse, remaining, solved)
-            if found is not None:
-                self.z, remaining = found
-            elif size <= AT_REST or rank < LEAST_RANK:
+            tried, found = -1, None
+            while found is None:
+                count = rank_of(values, rank * size)
+                if count != tried:
+                    used = left[:, :count]
+                    inverse = (right[:count].T / values[:count]) @ (used / sizes[:, None]).T
+                    left_over = scaled / sizes - used @ (used.T @ (scaled / sizes))
+                    solved = np.linalg.norm(left_over) <= 0.5 * np.linalg.norm(scaled / sizes)
+                    found = self._tried(-basis @ inverse, remaining, solved=bool(solved))
+                if size <= AT_REST or rank < LEAST_RANK:
+                    break
+                if found is None:
+                    tried = count
+                    rank *= 0.01  # what was taken for a free direction may not be one
+            if found is None:
                 break
-            else:
-                rank *= 0.01  # what was taken for a free direction may not be one
+            self.z, remaining = found
         if size > AT_REST and settled is not None:
             self.z, size = settled
             self.go(self.z)
@@ -380,16 +413,17 @@ class RestSearch(RestEquations):
             return np.zeros(len(self.z))
         away = self.z[: self.size] - self.declared
         moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
-        kept = self._conserved(slope[: self.size, : self.size])
+        kept = self._conserved(slope[: self.size, : self.size], self._changing())
         changes, off = self._unrelated(starts)
         found, others = least(changes @ free, -off)
-        every, untied = np.eye(self.size), np.delete(np.arange(self.size), self.trapped)
+        every = np.eye(self.size)
+        untied = np.delete(np.arange(self.size), [*self.trapped, *self.unread])
         stored = untied[self.stiffness[untied] != 0]
         for rows in (kept, every[stored], every[untied], None):
             rows = self._stiffest(moved @ others) if rows is None else rows
             matrix = rows @ moved
             wanted = -rows @ away - matrix @ found
-            step, left = least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
+            step, left = least(matrix @ others, wanted, np.abs(moved).max(initial=0.0))
             found, others = found + others @ step, others @ left
         along: Array = free @ found
         return along
@@ -427,8 +461,8 @@ class RestSearch(RestEquations):
         step, _ = least(changes @ free, -off)
         return free @ step, float(np.abs(off).max(initial=0.0))
 
-    def _conserved(self, slope: Array) -> Array:
-        """Gradients of the conserved quantities without momenta: l' M with l' df/dy = 0.
+    def _conserved(self, slope: Array, without: list[int]) -> Array:
+        """Gradients of the conserved quantities without some states: l' M with l' df/dy = 0.
 
         Such as the difference between the stretch of a spring and an angle that is integrated from
         the same rate. Their rows are orthonormal.
@@ -438,12 +472,13 @@ class RestSearch(RestEquations):
         kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
         if kept.size:
             kept = orthonormal(kept.T).T
-            free = [*self.momenta, *self.trapped]
-            _, others = least(kept[:, free].T, np.zeros(len(free)))
+            _, others = least(kept[:, without].T, np.zeros(len(without)))
             kept = others.T @ kept
         return kept
 
-    def _tried(self, inverse: Array, remaining: Array, solved: bool) -> tuple[Array, Array] | None:
+    def _tried(
+        self, inverse: Array, remaining: Array, *, solved: bool
+    ) -> tuple[Array, Array] | None:
         """The largest part of a step that decreases the residuals, or what is left to go.
 
         Stiff dampers make the scales of some rows large, so that small changes of other residuals

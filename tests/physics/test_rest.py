@@ -443,13 +443,17 @@ def test_trapped_oil_carries_the_load_and_given_values_stay(
     np.testing.assert_allclose(carried, load_of_rod, rtol=1e-8)
 
 
-def test_slopes_of_held_values_are_found_far_from_zero(tmp_path: Path) -> None:
-    """Steps of differences grow with the state, or its rounding hides them."""
+def test_slopes_by_differences_are_found_far_from_zero(tmp_path: Path) -> None:
+    """Steps of differences grow with the state, or its rounding hides them.
+
+    Those of a held value, and of what the next instant gives a sampled part.
+    """
     path = tmp_path / "far.bg"
     path.write_text("""
 model Far { slider : I(2); drag : R(1); side : J1; side -> slider, drag;
-  state across = 1e11; der(across) = side.f; output twice = 2*across; }
-scene s of Far { start rest hold twice; observe twice; run 1 s; }
+  state across = 1e11; der(across) = side.f; output twice = 2*across;
+  sample 0.1 s { state level = 0; next(level) = 2*across; } }
+scene s of Far { start rest hold twice; observe twice, level; run 1 s; }
 """)
     model = bgc.compile(path)
     instance = model.parameters.instance({})
@@ -457,4 +461,24 @@ scene s of Far { start rest hold twice; observe twice; run 1 s; }
     equations = RestEquations(instance, model.facts.rest)
     slopes, _ = equations.slopes(equations.start)
     across = [state.name for state in model.states].index("across")
-    assert slopes[-1, across] == pytest.approx(2 * instance.scale[across], rel=1e-9)
+    scale, size = equations.scale[across], equations.scale[equations.size - 1]
+    assert slopes[-1, across] == pytest.approx(2 * scale, rel=1e-9)
+    assert slopes[equations.size - 1, across] == pytest.approx(2 / 0.1 * scale / size, rel=1e-9)
+
+
+def test_what_nothing_reads_does_not_lead_the_search(tmp_path: Path) -> None:
+    """Tanks at rest up to a difference of 1 Pa are equalised as if nothing counted the flow."""
+    path = tmp_path / "counted.bg"
+    path.write_text("""
+model Tanks { param gain = 0;
+  high : C(compliance = 1, q0 = 5); low : C(compliance = 2); side : J1; up : J0; down : J0;
+  valve : R { f = max(e - 1, 0); }
+  up -> high; up -> side; side -> valve; side -> down -> low;
+  state counted = 0; der(counted) = gain*side.f; }
+scene s of Tanks { keep gain; start rest; observe high.q, low.q, counted; run 1 s; }
+""")
+    model = bgc.compile(path)
+    plain, counted = (model.simulate(parameters={"gain": gain}) for gain in (0.0, 1e6))
+    for name in ("high.q", "low.q"):
+        assert counted[name] == pytest.approx(plain[name], rel=1e-9)
+    assert plain["high.q"][0] + plain["low.q"][0] == pytest.approx(5)
