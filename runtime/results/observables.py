@@ -61,6 +61,7 @@ _FUNCTIONS: Mapping[str, tuple[Callable[[Array, Array, float], float], str, bool
     )
 )
 FUNCTIONS = tuple(_FUNCTIONS)
+EXTREMES = ("max", "min", "peak", "range")  # observables that are looked for between rows too
 STEPPED = ("crossings", "above")  # observables that count rows: they have no derivatives
 
 _NUMBER = Shown("1")
@@ -73,8 +74,8 @@ Reader = Callable[[str, str, str], float]
 class Observable:
     """One number of a run: a function of an observed column between two times, s.
 
-    `name` is its text. The functions work on the rows of the run: an extreme between two rows is
-    not seen. `mean`, `rms`, `sd` and `above` weight the rows by the trapezoidal rule; `quantile`
+    `name` is its text. Extremes are looked for at instants between the rows too, see `Reducer`.
+    `mean`, `rms`, `sd` and `above` weight the rows by the trapezoidal rule; `quantile`
     interpolates linearly between the sorted rows. `crossings` counts upward crossings of a level,
     `above` is the share of time above one, `peak` the largest magnitude.
     """
@@ -183,10 +184,9 @@ def read_criterion(
     left = match["left"].strip()
     if _FORM.fullmatch(left) is None:
         left = f"{'max' if below else 'min'}({left})"
+    limit = match["limit"]
     return tuple(
-        Criterion(
-            each, below, _in_unit(match["limit"], f"the limit of {each.name}", each.unit, read)
-        )
+        Criterion(each, below, in_column_unit(limit, f"the limit of {each.name}", each.unit, read))
         for each in _read(left, columns, read)
     )
 
@@ -211,11 +211,11 @@ def _read(
     end = read(match["end"], "to", "s") if match["end"] else float("inf")
     if not 0 <= start < end:
         raise BgError([bad_observable(text, "its part of the run has no length")])
-    for column in _expand(wanted, columns):
+    for column in columns_named(wanted, columns):
         unit, shown = columns[column]
         number = 0.0
         if kind:
-            number = _in_unit(argument, function, unit if kind == "level" else "", read)
+            number = in_column_unit(argument, function, unit if kind == "level" else "", read)
         if kind == "share" and not 0 <= number <= 1:
             raise BgError([bad_observable(text, "a quantile lies between 0 and 1")])
         inside = ", ".join(filter(None, (name_in_si(column), argument)))
@@ -226,8 +226,8 @@ def _read(
         )  # fmt: skip
 
 
-def _in_unit(text: str, name: str, unit: str, read: Reader) -> float:
-    """Read a number in the unit of a column, which is not SI where the scene observes it so.
+def in_column_unit(text: str, name: str, unit: str, read: Reader) -> float:
+    """Read a number in the `unit` of a column, which is not SI where the scene observes it so.
 
     A number alone is in the unit of the column.
     """
@@ -245,7 +245,7 @@ def _arguments(inside: str) -> tuple[str, str]:
     return inside.strip(), ""
 
 
-def _expand(name: str, columns: Mapping[str, tuple[str, Shown]]) -> list[str]:
+def columns_named(name: str, columns: Mapping[str, tuple[str, Shown]]) -> list[str]:
     """The columns of a name: itself, with the unit of its column, or the components of a vector."""
     in_si = {name_in_si(column): column for column in columns}
     for spelling in (name, column_of(name)):
@@ -264,13 +264,18 @@ class Reducer:
     """Computes observables from the rows of a run.
 
     `outputs` are the numbers of the observed outputs, which `column` finds in rows, (rows, width).
+    Every `between`-th row is one of the scene, the others serve for extremes alone.
     """
 
     observables: tuple[Observable, ...]
     outputs: tuple[int, ...]
     column: Callable[[Array, int], Array]
+    between: int = 1
 
     def __call__(self, time: Array, rows: Array) -> Array:
         """Reduce rows, (rows, width), to one number for each observable."""
-        pairs = zip(self.observables, self.outputs, strict=True)
-        return np.array([each.of(time, self.column(rows, output)) for each, output in pairs])
+        found = []
+        for each, output in zip(self.observables, self.outputs, strict=True):
+            some = slice(None, None, 1 if each.function in EXTREMES else self.between)
+            found.append(each.of(time[some], self.column(rows[some], output)))
+        return np.array(found)

@@ -30,7 +30,7 @@ from bgc.language.solver import Solver
 from bgc.options import RUN_NUMBER, Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
-from bgc.runtime.results.observables import Observable, Reducer, check_parts
+from bgc.runtime.results.observables import EXTREMES, Observable, Reducer, check_parts
 from bgc.runtime.results.runs import gathered
 from bgc.runtime.results.study import Study
 from bgc.runtime.running.batches import Work, run_all
@@ -47,6 +47,7 @@ from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.run_warnings import negative_among
 from bgc.values.shown_units import Shown, shown_by
 
+_FEWEST_INSTANTS = 4_000  # of a run, at which extremes are looked for
 _FEWEST_INSTANCES = 4  # instances from which on compiling for batches pays
 
 
@@ -56,7 +57,8 @@ class Plan:
 
     `alone` is the reason for running them one by one, empty where batches are supported. `varied`
     names the varied parameters.
-    `observables` are computed from the rows of each run, which are kept where there are none.
+    `observables` are computed from the rows of each run, which are kept where there are none. Every
+    `between`-th of the `times` is that of a row; extremes are looked for at the others too.
     """
 
     model: LoadedModel
@@ -66,6 +68,7 @@ class Plan:
     alone: str
     varied: tuple[str, ...]
     observables: tuple[Observable, ...] = ()
+    between: int = 1
 
     @property
     def identity(self) -> str:
@@ -101,7 +104,7 @@ class Plan:
         """Compute the observables from rows."""
         names = [variable.name for variable in self.model.outputs]
         outputs = tuple(names.index(each.column) for each in self.observables)
-        return Reducer(self.observables, outputs, self.model.selection().column)
+        return Reducer(self.observables, outputs, self.model.selection().column, self.between)
 
 
 def plan_many(
@@ -118,7 +121,12 @@ def plan_many(
     alone = why_alone(model, method, len(cases), vectorised)
     varied = cases.varied(model.parameters.given({}))
     varied = [name for name in varied if name != RUN_NUMBER]
-    return Plan(model, method, cases, times, alone, tuple(varied), observables)
+    between = 1
+    if any(each.function in EXTREMES for each in observables):
+        between = -(-_FEWEST_INSTANTS // len(times))
+        places = np.arange(between * (len(times) - 1) + 1) / between
+        times = np.interp(places, np.arange(len(times)), times)
+    return Plan(model, method, cases, times, alone, tuple(varied), observables, between)
 
 
 def run_many(

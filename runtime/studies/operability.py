@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.observables import Criterion
+from bgc.runtime.results.observables import EXTREMES, Criterion
 from bgc.runtime.results.study import Study
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Axis, read_axis
@@ -25,7 +25,6 @@ from bgc.runtime.studies.sweep import Design, criteria_of, sweep
 from bgc.values.shown_units import Shown
 
 JUDGES = ("gumbel", "worst")
-EXTREMES = ("max", "min", "peak", "range")  # observables that grow with the time of exposure
 
 _EULER = 0.5772156649015329
 

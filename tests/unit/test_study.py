@@ -45,17 +45,18 @@ def model(file: Path) -> Model:
     return bgc.compile(file)
 
 
-def test_observables_are_those_of_the_rows_and_failures_are_kept(model):
+def test_observables_are_those_of_the_run_and_failures_are_kept(model):
     vary = {"mass": [0.5, 1, 2, 5, 9], "k": "5..20 N/m:2"}
     study = model.sweep(vary, ["max(x)", "crossings(v, 0) from 1 s", "rms(v)"])
-    rows = model.sweep(vary)
+    rows, fine = model.sweep(vary), model.sweep(vary, every="1 ms")
     assert isinstance(study, Study) and len(study) == 10 and study.design == "grid"
     assert study.status == rows.status and study.failures.keys() == rows.failures.keys()
     assert 0 < study.status.count("failed") < 10
     late = rows.time >= 1
     for k in np.flatnonzero(study.done):
         x, v = rows["x [mm]"][k], rows["v"][k]
-        assert study["max(x)"][k] == x.max()
+        assert study["max(x)"][k] == pytest.approx(fine["x [mm]"][k].max(), rel=1e-6)
+        assert study["max(x)"][k] > x.max()  # between the rows
         count = np.count_nonzero((v[late][:-1] < 0) & (v[late][1:] >= 0))
         assert study["crossings(v, 0) from 1 s"][k] == count
     assert np.isnan(study.values[~study.done]).all()
@@ -230,7 +231,7 @@ def test_a_table_of_statistics_takes_the_narrower_form(model):
 
 
 def test_the_memory_of_a_sweep_grows_by_its_observables_only(model):
-    """Rows of 150 runs more would take 2 MB."""
+    """Instants of 150 runs more would take 8 MB or more, those of a batch on each processor 1 MB."""
     peaks = []
     for count in (50, 50, 200):  # the first sweep fills caches
         vary = {"mass": np.linspace(1, 3, count)}
@@ -239,4 +240,4 @@ def test_the_memory_of_a_sweep_grows_by_its_observables_only(model):
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert study.done.sum() == 200
-    assert peaks[2] < peaks[1] + 500_000
+    assert peaks[2] < peaks[1] + 2_000_000
