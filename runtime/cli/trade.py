@@ -2,7 +2,8 @@
 
 import time
 
-from bgc.runtime.cli.command import Target, Values, command, option
+from bgc.diagnostics.catalogue.arguments import bad_option
+from bgc.runtime.cli.command import Pair, Target, Values, command, option
 from bgc.runtime.cli.options import PICTURE, SECONDS, TABLE, Duration, SceneOptions
 from bgc.runtime.cli.printing import (
     attempt,
@@ -49,6 +50,15 @@ def trade(
         'activity finds negligible), or lines of a scene: "use a = B; set c = 0".',
         metavar="VARIANT",
     ),
+    within: tuple[tuple[str, str], ...] = option(
+        'Largest error of an observed value: "tip_height: 1 mm". May be repeated.',
+        type=Pair(
+            lambda text: bad_option("--within", text, "NAME: VALUE", "tip_height: 1 mm"), ":"
+        ),
+        metavar="NAME: VALUE",
+    ),
+    deadline: float | None = option("Longest time of a step or a sample.", type=SECONDS),
+    faster_than: float | None = option("Least speed, as a multiple of real time.", metavar="N"),
     duration: Duration,
     budget: float = option(
         "Longest time for the measurements.",
@@ -63,9 +73,9 @@ def trade(
     """Measure speed against accuracy for a scene of FILE; recommend a method.
 
     Runs the scene with methods, tolerances and steps, and compares with a reference on which two
-    methods agree. Recommends the cheapest configuration that meets `require` and `deadline` of
-    the scene; `solver auto` in the scene then uses it. Re-running resumes where the command was
-    interrupted.
+    methods agree, also between the rows. Recommends the cheapest configuration that meets
+    `require` and `deadline` of the scene, which `solver auto` then uses, or the goal given here.
+    Re-running resumes where the command was interrupted.
     """
     started = time.monotonic()
     model = scene.model(quiet)
@@ -78,6 +88,9 @@ def trade(
             steps=steps,
             keeps=keeps or KEEPS,
             variants=variants,
+            within=dict(within),
+            deadline=deadline,
+            faster_than=faster_than or 0.0,
             duration=duration,
             budget=max(budget - compiled, _LEAST_SHARE * budget),
             fresh=fresh,

@@ -14,6 +14,7 @@ from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, if a scene has no requirements
 _USELESS = 1e3  # times the limit: larger errors carry no information
+_MOST_MARGIN = 1000.0  # a larger one is not counted
 _BETTER = 0.95  # times an error: an error must be below it to count as smaller
 
 
@@ -22,7 +23,8 @@ class Target:
     """The demands on a configuration.
 
     With `required`, errors are relative to `require` and the limit is 1; otherwise they are
-    relative to the range. `deadline` is in s, None if there is none. `sample` is the period of the
+    relative to the range. `deadline` is in s, None if there is none. `faster_than` is the least
+    number of seconds of the scene for a second of processor time. `sample` is the period of the
     scene's devices, s, None without devices: a longer step takes fewer samples than the scene
     specifies. `floor` is the accuracy of the reference; `verified` says that it is well below the
     limit. `settle` is the scene's option of that name, Hz.
@@ -31,6 +33,7 @@ class Target:
     quantities: tuple[Quantity, ...]
     required: bool
     deadline: float | None = None
+    faster_than: float = 0.0
     sample: float | None = None
     floor: float = 0.0
     verified: bool = True
@@ -58,15 +61,33 @@ class Target:
         """Return whether the error is acceptable."""
         return self.error(row) <= self.limit
 
+    @property
+    def speed(self) -> float:
+        """The least number of seconds of the scene in a second; 1 with a deadline."""
+        return max(self.faster_than, 0.0 if self.deadline is None else 1.0)
+
     def timely(self, row: Measurement) -> bool:
-        """Return whether it keeps the deadline and real time; without a deadline, if it is done."""
-        if not row.done or self.deadline is None:
-            return row.done
-        return row.worst <= self.deadline and row.cpu <= 1.0
+        """Return whether it is done, fast enough and keeps the deadline, if there is one."""
+        fast = row.done and row.real_time_factor >= self.speed
+        return fast and (self.deadline is None or row.worst <= self.deadline)
 
     def late(self, row: Measurement) -> bool:
-        """Return whether it misses the deadline for certain."""
-        return row.done and not self.timely(row) and (row.certain or row.cpu > 1.0)
+        """Return whether it is too slow or misses the deadline for certain."""
+        slow = row.real_time_factor < self.speed
+        return row.done and not self.timely(row) and (row.certain or slow)
+
+    def margins(self, row: Measurement) -> dict[str, float]:
+        """How many times the error fits in its limit, the worst time in the deadline, and so on.
+
+        Errors below the reference's accuracy count as that.
+        """
+        error = max(self.error(row), self.floor)
+        found = {"error": self.limit / error if error > 0 else math.inf}
+        if self.deadline is not None:
+            found["time"] = self.deadline / row.worst if row.worst > 0 else math.inf
+        if self.faster_than:
+            found["speed"] = row.real_time_factor / self.faster_than
+        return found
 
     def samples(self, row: Measurement) -> bool:
         """Return whether devices are sampled as often as the scene specifies."""
@@ -136,14 +157,25 @@ _UNVERIFIED = (
 
 
 def _of_best(row: Measurement, target: Target) -> str:
-    demands = [_limit(target), *(["the deadline"] if target.deadline is not None else [])]
+    demands = [_limit(target), *(name.partition(" of ")[0] for name in _demands_on_time(target))]
     statement = row.configuration.statement(target.settle)
     text = f"The cheapest configuration within {' and '.join(demands)}: `{statement}`"
     details = [_error(row, target), _cost(row)]
     if target.deadline is not None:
         details.append(f"worst {_worst(row, target)} of {spelled(target.deadline)}")
         details += _lateness(row, target.deadline, target)
-    return f"{text} with {', '.join(details)}."
+    margins = (f"{_times(value)} in {name}" for name, value in target.margins(row).items())
+    return f"{text} with {', '.join(details)}. Margin: {', '.join(margins)}."
+
+
+def _times(value: float) -> str:
+    return f"{float(f'{value:.2g}'):g} x" if value < _MOST_MARGIN else f"over {_MOST_MARGIN:g} x"
+
+
+def _demands_on_time(target: Target) -> list[str]:
+    """Name the demands on time: the deadline, and the speed."""
+    found = [] if target.deadline is None else [f"the deadline of {spelled(target.deadline)}"]
+    return found + ([f"{target.faster_than:g} x real time"] if target.faster_than else [])
 
 
 def _lateness(row: Measurement, deadline: float, target: Target) -> list[str]:
@@ -178,8 +210,8 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
     accurate = [row for row in done if target.accurate(row)]
     timely = [row for row in done if target.timely(row)]
     demands = [_limit(target)] if not accurate or timely else []
-    if target.deadline is not None and (accurate or not timely):
-        demands.append(f"the deadline of {spelled(target.deadline)}")
+    if accurate or not timely:
+        demands += _demands_on_time(target)
     sentences = [f"No configuration is within {' and '.join(demands)}."]
     if accurate:
         sentences.append(_of_quickest(accurate, "Of those accurate enough, the quickest", target))
@@ -187,7 +219,7 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
             sentences.append(_of_finest(timely, "Of those in time, the most accurate", target))
         return " ".join(sentences)
     sentences.append(_of_finest(timely or done, "The most accurate", target))
-    if target.deadline is not None and not timely:
+    if not timely:
         sentences.append(_of_quickest(done, "None is in time; the quickest", target))
     sentences.append("A smaller step or tolerance may be accurate enough (`--steps`, `--rtols`).")
     return " ".join(sentences)
@@ -224,8 +256,9 @@ def _of_quickest(rows: Sequence[Measurement], what: str, target: Target) -> str:
     """Name the configuration with the least worst time, and the deadline that it would keep."""
     row = min(rows, key=lambda row: (not row.certain, row.worst))
     text = f"{what} is {row.configuration.label}: worst {_worst(row, target)}, {_cost(row)}."
-    if row.cpu > 1.0:
-        return f"{text} It is slower than real time."
+    if row.real_time_factor < target.speed:
+        slow = "real time" if target.speed <= 1 else f"{target.speed:g} x real time"
+        return f"{text} It is slower than {slow}."
     busy = "" if row.certain else ", unless the machine was busy with other work"
     return f"{text} A deadline of {spelled_time(float(_above(row.worst)))} would be kept{busy}."
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +21,11 @@ from bgc.runtime.measuring.judging import duration_of
 from bgc.runtime.measuring.measured_store import open_store
 from bgc.runtime.measuring.timed_run import Budget, machine_description
 from bgc.runtime.results.html import figure_html, table_html
+from bgc.runtime.results.observables import columns_named, in_column_unit
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.quantity import Quantity, in_si, read_quantity
 from bgc.runtime.running.recommendation import keep_recommendation
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.trade.configurations import (
@@ -104,6 +107,9 @@ def trade(
     steps: Sequence[Quantity] | None = None,
     keeps: Sequence[float] = KEEPS,
     variants: Sequence[str] = (),
+    within: Mapping[str, Quantity] | None = None,
+    deadline: Quantity | None = None,
+    faster_than: float = 0.0,
     duration: Quantity | None = None,
     budget: Quantity = BUDGET,
     repeats: int = REPEATS,
@@ -135,6 +141,11 @@ def trade(
         that `bgc activity` finds; or statements, `"use link = Joined; set friction = 0"`. Their
         errors are against the unchanged scene. They are measured with the configurations on
         its front, and with explicit methods that could not complete it.
+    within, deadline, faster_than
+        The goal, beside that of the scene: the largest error of observed columns, `{"tip": "1 mm"}`
+        as `require tip within 1 mm;`; the longest time of a step (of a sample of the devices), s;
+        and the seconds of the scene for a second of processor time. Measurements serve every goal.
+        The recommendation is stored for `solver auto` where the goal is the scene's own.
     duration
         Seconds to simulate; by default the scene's.
     budget
@@ -153,12 +164,15 @@ def trade(
         is no reference.
     """
     duration, budget = in_si(duration, "duration", "s"), in_si(budget, "budget", "s") or 0.0
+    deadline = in_si(deadline, "deadline", "s")
     lengths = () if steps is None else [in_si(step, "steps", "s") or 0.0 for step in steps]
     clock = Budget(budget)
     loaded = _loaded(model, scene, parameters, uses)
-    facts = loaded.facts
+    asked = _asked(loaded, within or {}, deadline)
+    own_goal = asked.facts == loaded.facts and not faster_than
+    loaded, facts = asked, asked.facts
     end = duration_of(loaded, duration, nothing_to_measure)
-    _check(rtols, lengths, keeps, budget)
+    _check(rtols, lengths, keeps, budget, deadline, faster_than)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
     store = open_store(loaded, end, facts.every)
     if fresh:
@@ -167,7 +181,7 @@ def trade(
     session = Session(loaded, store, times, repeats, clock, progress, audited(loaded))
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
-    target = session.target(reference)
+    target = replace(session.target(reference), faster_than=faster_than)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(lengths)
     configurations = scene_configurations(
         adaptive,
@@ -186,11 +200,13 @@ def trade(
     verdict = judge(rows, target)
     complete = end == facts.duration
     best = verdict.recommended
-    if complete and reference.converged:
+    if complete and own_goal and reference.converged:
         with store.noted():
             method = best.configuration.method if best is not None else None
             keep_recommendation(store.folder, loaded, method)
     warnings = _warnings(reference, target, rows, complete)
+    if complete and not own_goal:
+        warnings.append("the goal is not that of the scene: nothing is stored for `solver auto`")
     if ACTIVITY in variants and not others:
         warnings.append("`activity`: no simplification of the scene was found")
     if store.problem:
@@ -223,11 +239,39 @@ def _loaded(
     return load_model(Path(model), options, parameters or {})
 
 
+def _asked(
+    model: LoadedModel, within: Mapping[str, Quantity], deadline: float | None
+) -> LoadedModel:
+    """The model with other required accuracies and another deadline, s, where they are given.
+
+    Raises BgError: BG065 for an unknown column, BG062, BG063 and BG066 for its accuracy.
+    """
+    facts, required = model.facts, dict(model.facts.requirements)
+    columns = {v.name: (v.unit, v.shown) for v in model.measured}
+    for name, value in within.items():
+        for column in columns_named(name, columns):
+            unit = "" if columns[column][0] == "1" else columns[column][0]
+            required[column] = in_column_unit(str(value), f"within {name}", unit, read_quantity)
+            if not required[column] > 0:
+                raise BgError([bad_option(f"within {name}", value, "a positive number")])
+    asked = copy(model)
+    deadline = facts.deadline if deadline is None else deadline
+    asked.facts = replace(facts, requirements=tuple(required.items()), deadline=deadline)
+    return asked
+
+
 def _check(
-    rtols: Sequence[float], steps: Sequence[float], keeps: Sequence[float], budget: float
+    rtols: Sequence[float],
+    steps: Sequence[float],
+    keeps: Sequence[float],
+    budget: float,
+    deadline: float | None,
+    faster_than: float,
 ) -> None:
     """Raise BG066 for numbers that are not positive, or not whole where they must be."""
     named = {"rtols": rtols, "steps": steps, "keep": keeps, "budget": (budget,)}
+    named["deadline"] = () if deadline is None else (deadline,)
+    named["faster_than"] = (faster_than,) if faster_than else ()
     for name, values in named.items():
         for value in values:
             if not value > 0:

@@ -59,6 +59,15 @@ class TradeResult:
         return best.configuration if best is not None else None
 
     @property
+    def margins(self) -> dict[str, float]:
+        """Limit over `error`, deadline over worst `time`, and `speed` over the one demanded.
+
+        Those of the recommended configuration, each where it was demanded; empty without one.
+        """
+        best = self.verdict.recommended
+        return {} if best is None else self.target.margins(best)
+
+    @property
     def sentence(self) -> str:
         """The recommendation in words, or the reason why there is none, with the nearest ones."""
         return self.verdict.sentence

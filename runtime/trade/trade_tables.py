@@ -204,6 +204,8 @@ def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
     if trade.target.deadline is not None:
         what = "of the device" if _sampled(trade) else "of a step"
         lines.append(f"deadline {what}: {spelled(trade.target.deadline)}")
+    if trade.target.faster_than:
+        lines.append(f"at least {trade.target.faster_than:g} x real time")
     lines.append(f"on: {trade.machine}")
     return tuple((line,) for line in lines)
 

@@ -148,8 +148,10 @@ def _draw_limits(trade: TradeResult, axes: Any) -> None:
         axes.axhspan(_LEAST_DRAWN_ERROR * 1e-3, floor, color="0.5", alpha=0.12, label=label)
         axes.set_ylim(bottom=bottom)
     low, high = axes.get_xlim()
-    if low < 1.0 < 3 * high:
-        axes.axvline(1.0, color="#D55E00", linewidth=0.9, label="real time")
+    speed = max(target.speed, 1.0)
+    if low < 1 / speed < 3 * high:
+        name = "real time" if speed == 1 else f"{speed:g} x real time"
+        axes.axvline(1 / speed, color="#D55E00", linewidth=0.9, label=name)
     late = [row for rows in _lines(trade).values() for row in rows if target.late(row)]
     if target.deadline is not None and late:
         axes.plot(

@@ -416,6 +416,22 @@ def test_the_stored_reference_is_judged_by_what_is_required_now(tmp_path: Path) 
     assert free.reference.converged and not free.reference.required
 
 
+def test_a_goal_of_the_command_is_judged_by_the_same_measurements(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING)
+    assert quick(path).recommended == Configuration("rodas5p", rtol=1e-7)
+    goal = {"within": {"x": "1 mm"}, "faster_than": 2.0, "deadline": "1 s"}
+    found = quick(path, **goal, budget=1e-9)
+    assert found.recommended is not None and found.margins.keys() == {"error", "time", "speed"}
+    required = next(q for q in found.quantities if q.name == "x")
+    assert required.scale == 1e-3
+    least = min(r.cpu for r in found.measurements if r.done and found.target.fits(r))
+    assert found.verdict.recommended is not None and found.verdict.recommended.cpu == least
+    assert bgc.compile(path).simulate(0.1).solver == "rodas5p"  # for the scene's own goal
+    with pytest.raises(BgError) as caught:
+        quick(path, within={"y": "1 mm"})
+    assert [d.code for d in caught.value.diagnostics] == ["BG065"]
+
+
 def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -> None:
     for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
         model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))

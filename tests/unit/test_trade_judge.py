@@ -79,6 +79,17 @@ def test_who_cannot_keep_up_with_time_misses_any_deadline() -> None:
     assert judge(slow, target()).recommended is slow[0]
 
 
+def test_a_speed_is_demanded_too_and_the_margins_are_stated() -> None:
+    wanted = target(deadline=1e-3, faster_than=100.0)
+    verdict = judge(ROWS, wanted)
+    assert verdict.recommended is ROWS[1]
+    assert "Margin: 1.2 x in error, 2.5 x in time, 3.3 x in speed." in verdict.sentence
+    assert wanted.margins(ROWS[1]) == pytest.approx(
+        {"error": 5 / 4, "time": 1 / 0.4, "speed": 1 / 0.003 / 100}
+    )
+    assert judge(ROWS[1:], target(faster_than=500.0)).recommended is None
+
+
 def test_why_nothing_is_accurate_enough_and_what_would_be() -> None:
     verdict = judge(ROWS[:1], target(deadline=1e-3))
     assert verdict.recommended is None
