@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Sequence
 from itertools import pairwise
 from typing import Self
 
@@ -42,6 +42,15 @@ class DisjointSets:
         for item in range(len(self._parent)) if items is None else items:
             found.setdefault(self.find(item), []).append(item)
         return list(found.values())
+
+
+def groups_sharing(rows: Sequence[Iterable[Hashable]]) -> list[list[int]]:
+    """The numbers of rows in groups that share no column with each other."""
+    sets, first = DisjointSets(len(rows)), dict[Hashable, int]()
+    for i, row in enumerate(rows):
+        for column in row:
+            sets.unite(first.setdefault(column, i), i)
+    return sets.groups()
 
 
 @dataclass(slots=True, eq=False)

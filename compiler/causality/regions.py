@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.disjoint_sets import DisjointSets, groups_sharing
 from bgc.algebra.linalg import connected_blocks, transpose
 from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
@@ -181,10 +181,11 @@ def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
                 for rows, columns in connected_blocks(dag, element.matrix)
             ]
         case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
-            sets = DisjointSets(len(matrix))
-            for i, row in enumerate(matrix):
-                sets.join([i, *(j for j, node in enumerate(row) if node != dag.zero)])
-            return [[element.ports[k] for k in group] for group in sets.groups()]
+            held = [
+                {i, *(j for j, node in enumerate(row) if node != dag.zero)}
+                for i, row in enumerate(matrix)
+            ]
+            return [[element.ports[k] for k in group] for group in groups_sharing(held)]
         case _:
             return [list(ports_of(element))]
 

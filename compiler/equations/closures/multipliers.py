@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
-from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.symbolic_systems import solve_definite
 from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
@@ -160,7 +160,6 @@ def connected_rows(dag: Dag, variables: Variables, responses: Responses,
                    kept: Sequence[int]) -> list[list[int]]:  # fmt: skip
     """The kept rows in groups whose multipliers depend on each other."""
     is_zero = variables.causal.fingerprints.is_zero
-    sets = DisjointSets(len(kept))
-    for i, line in enumerate(response_matrix(dag, responses, kept)):
-        sets.join([i, *(j for j, node in line.items() if not is_zero(node))])
-    return [[kept[i] for i in group] for group in sets.groups()]
+    matrix = response_matrix(dag, responses, kept)
+    coupled = [{i, *(j for j, x in row.items() if not is_zero(x))} for i, row in enumerate(matrix)]
+    return [[kept[i] for i in group] for group in groups_sharing(coupled)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement, StoragePort
 from bgc.equations.variables.definitions import Variables
@@ -46,13 +46,10 @@ def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> lis
         sorted({k for p in inertias_of(e) for k in p.flow if basis[k].kind is BasisKind.INERTIA})
         for e in chosen
     ]
-    sets = DisjointSets(len(chosen) + len(basis))
-    for index, flows in enumerate(shared):
-        sets.join([index, *(len(chosen) + k for k in flows)])
     return [
         Group(
             tuple(chosen[i] for i in indices),
             tuple(sorted({k for i in indices for k in shared[i]})),
         )
-        for indices in sets.groups(range(len(chosen)))
+        for indices in groups_sharing(shared)
     ]

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import gradient
-from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.modular import Solutions, rank_of, solutions_of
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
@@ -46,7 +46,7 @@ def require_determined(
     symbols = {variables.dag.symbol(Kind.STATE, number): number for number in names}
     symbols |= {symbol: _number(variables, symbol) for symbol in resolver.residuals()}
     slopes = [_slopes(variables, row, symbols) for row in rows]
-    for group in _groups(slopes):
+    for group in groups_sharing(slopes):
         columns = {column for i in group for column in slopes[i]}
         numbers = [{c: _residue(variables, x) for c, x in slopes[i].items()} for i in group]
         if rank_of(numbers) < len(columns):
@@ -83,15 +83,6 @@ def _slopes(variables: Variables, row: Row, symbols: Mapping[Node, int]) -> dict
     held = [node for node in dag.reachable([row.right]) if node in symbols]
     slopes = zip(held, gradient(dag, row.right, held), strict=True)
     return {symbols[node]: slope for node, slope in slopes if slope != dag.zero}
-
-
-def _groups(slopes: Sequence[Mapping[int, Node]]) -> list[list[int]]:
-    """The rows that share columns."""
-    columns = {c: len(slopes) + k for k, c in enumerate(sorted({c for row in slopes for c in row}))}
-    sets = DisjointSets(len(slopes) + len(columns))
-    for i, row in enumerate(slopes):
-        sets.join([i, *(columns[c] for c in row)])
-    return [list(group) for group in sets.groups(range(len(slopes)))]
 
 
 def _refused(

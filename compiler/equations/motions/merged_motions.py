@@ -15,15 +15,16 @@ positive definite; with a law that is not linear the condition is solved by iter
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.quadratic import Definition, Form
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.motions.joint_start import Balance, joint_start
-from bgc.equations.motions.motions import FreeMotions, free_motions
+from bgc.equations.motions.motions import free_motions, part_of
+from bgc.equations.motions.reduction import Reduction, Row
 from bgc.equations.storage.constrained_energy import (
     ConstrainedEnergy,
     ReducedMatrix,
@@ -36,7 +37,7 @@ from bgc.equations.storage.coordinates import (
     flow_coordinate,
 )
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
-from bgc.equations.variables.definitions import Explicit, Unknown, Variables
+from bgc.equations.variables.definitions import Column, Explicit, Unknown, Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Node, Source
 
@@ -45,15 +46,11 @@ _LEAST_EIGENVALUE = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diago
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A stored quantity as a state: of a compliance's port, or on an independent flow.
-
-    `moved` is the contribution of a unit of each motion to its rate.
-    """
+    """A stored quantity as a state: of a compliance's port, or on an independent flow."""
 
     state: IntegratedState
     element: StorageElement
     port: StoragePort | None  # None of a merged momentum
-    moved: dict[int, Node]
 
     @property
     def is_charge(self) -> bool:
@@ -87,7 +84,7 @@ def merge_along_motions(
         A motion moves nothing that is stored, or through moduli only that may vanish.
     """
     free = free_motions(variables)
-    if not free.motions:
+    if not free:
         return joint_start(variables, elements, states, ())
     return _Merging(variables, elements, states, free).run()
 
@@ -98,20 +95,16 @@ class _Merging:
         variables: Variables,
         elements: Sequence[StorageElement],
         states: Sequence[IntegratedState],
-        free: FreeMotions,
+        free: Mapping[Column, Row],
     ) -> None:
         self._variables = variables
         self._elements = elements
         self._dag = variables.dag
         self._fingerprints = variables.causal.fingerprints
-        self._motions = list(free.motions)
-        self._dependent = free.dependent
+        self._free = list(free)
         self._owners = {element.storage.name: element for element in elements}
         self._slots = self._slots_of(elements, states)
-        self._moved_by: dict[int, set[int]] = {}  # motion -> slots
-        for i, slot in enumerate(self._slots):
-            for j in slot.moved:
-                self._moved_by.setdefault(j, set()).add(i)
+        self._motions = Reduction(self._dag, self._fingerprints, self._moving(free.values()))
         self._taken = {slot.state.name for slot in self._slots}
         self._leaders: dict[int, int] = {}  # motion -> the slot of its designated quantity
         self._effort_sources = [
@@ -133,7 +126,7 @@ class _Merging:
         start = {state.symbol: state.initial for state in started}
         led = set(self._leaders.values())
         return [
-            self._kept(slot, rests[i], start) if slot.moved else state
+            self._kept(i, rests[i], start) if i in rests else state
             for i, (slot, state) in enumerate(zip(self._slots, started, strict=True))
             if i not in led
         ]
@@ -144,56 +137,49 @@ class _Merging:
         self, elements: Sequence[StorageElement], states: Sequence[IntegratedState]
     ) -> list[Slot]:
         ports = {port.index: (element, port) for element in elements for port in element.ports}
-        on_flow: dict[int, list[int]] = {}
-        pushing: dict[int, list[int]] = {}
-        for j, motion in enumerate(self._motions):
-            for k in motion.flows:
-                on_flow.setdefault(k, []).append(j)
-            for k in motion.pushes:
-                pushing.setdefault(k, []).append(j)
-        slots = []
-        for state in states:
-            if state.port is not None:
-                element, port = ports[state.port]
-                if port.port.role is Role.COMPLIANCE:
-                    moved = self._along(port.flow, on_flow, "flows")
-                else:
-                    moved = self._along(port.flow, pushing, "pushes")
-                slots.append(Slot(state, element, port, moved))
-            else:
-                alone = {} if state.flow is None else {state.flow: self._dag.one}
-                moved = self._along(alone, pushing, "pushes")
-                slots.append(Slot(state, self._owners[state.stores[0]], None, moved))
-        return slots
+        return [
+            Slot(state, self._owners[state.stores[0]], None)
+            if state.port is None
+            else Slot(state, *ports[state.port])
+            for state in states
+        ]
 
-    def _along(
-        self, row: Mapping[int, Node], moving: Mapping[int, list[int]], part: str
-    ) -> dict[int, Node]:
-        """A row over the independent flows times each motion."""
+    def _moving(self, free: Collection[Row]) -> list[Row]:
+        """The motions, each with ("slot", i): what a unit of it adds to the rate of a quantity."""
         dag = self._dag
-        moved: dict[int, Node] = {}
-        for k, entry in row.items():
-            for j in moving.get(k, ()):
-                motion = self._motions[j]
-                node = motion.flows[k] if part == "flows" else motion.pushes[k]
-                moved[j] = dag.add(moved.get(j, dag.zero), dag.mul(entry, node))
-        return {j: node for j, node in moved.items() if not self._fingerprints.is_zero(node)}
+        holding: dict[Column, list[int]] = {}
+        for j, motion in enumerate(free):
+            for column in motion:
+                holding.setdefault(column, []).append(j)
+        motions = [dict(motion) for motion in free]
+        for i, slot in enumerate(self._slots):
+            kind = "flow" if slot.is_charge else "push"
+            alone = {} if slot.state.flow is None else {slot.state.flow: dag.one}
+            for k, entry in (alone if slot.port is None else slot.port.flow).items():
+                for j in holding.get((kind, k), ()):
+                    moved = dag.mul(entry, motions[j][kind, k])
+                    motions[j]["slot", i] = dag.add(motions[j].get(("slot", i), dag.zero), moved)
+        return motions
+
+    def _moved_by(self, j: int) -> list[int]:
+        """The slots that a motion moves."""
+        return sorted(part_of(self._motions.rows[j], "slot"))
+
+    def _moved(self, i: int) -> dict[int, Node]:
+        """What a unit of each motion adds to the rate of a slot's quantity."""
+        holding = sorted(self._motions.holding.get(("slot", i), ()))
+        return {j: self._motions.rows[j]["slot", i] for j in holding}
 
     def _groups(self) -> list[list[int]]:
         """Motions that move something of one element in common."""
-        sets = DisjointSets(len(self._motions))
-        joined: dict[int, list[int]] = {}
-        for slot in self._slots:
-            joined.setdefault(slot.place, []).extend(slot.moved)
-        for motions in joined.values():
-            sets.join(motions)
-        return sets.groups()
+        motions = range(len(self._free))
+        return groups_sharing([{self._slots[i].place for i in self._moved_by(j)} for j in motions])
 
     # --- designated quantities ----------------------------------------------------------------
 
     def _designate(self) -> None:
         """Find a quantity for each motion, and turn the motions so that each moves only its own."""
-        waiting = list(range(len(self._motions)))
+        waiting = list(range(len(self._free)))
         while waiting:
             postponed = [j for j in waiting if not self._designate_for(j)]
             if len(postponed) == len(waiting):
@@ -201,45 +187,20 @@ class _Merging:
             waiting = postponed
 
     def _designate_for(self, j: int) -> bool:
-        candidates = []
-        for i in self._moved_by.get(j, ()):
-            slot = self._slots[i]
-            certificate = self._variables.certificate(slot.moved[j])
-            if certificate is not None:
-                candidates.append((not slot.is_charge, len(slot.moved), i, certificate.rank))
+        moved = part_of(self._motions.rows[j], "slot")
+        candidates = [
+            (not self._slots[i].is_charge, len(self._motions.holding["slot", i]), i)
+            for i, node in moved.items()
+            if self._variables.certificate(node) is not None
+        ]
         if not candidates:
             return False
-        *_, i, _ = min(candidates)
-        leader = self._slots[i]
-        message = f"the modulus that joins `{leader.state.stores[0]}` must not be zero"
-        self._variables.may_divide(leader.moved[j], message)
-        self._scale(j, self._dag.div(self._dag.one, leader.moved[j]))
-        for other, weight in list(leader.moved.items()):
-            if other != j:
-                self._subtract(other, j, weight)
+        *_, i = min(candidates)
+        name = self._slots[i].state.stores[0]
+        self._variables.may_divide(moved[i], f"the modulus that joins `{name}` must not be zero")
+        self._motions.eliminate(j, ("slot", i))
         self._leaders[j] = i
         return True
-
-    def _scale(self, j: int, weight: Node) -> None:
-        self._motions[j] = self._motions[j].weighted(self._dag, weight)
-        for i in self._moved_by[j]:
-            moved = self._slots[i].moved
-            moved[j] = self._dag.mul(moved[j], weight)
-
-    def _subtract(self, j: int, other: int, weight: Node) -> None:
-        """Take a multiple of another motion from a motion."""
-        dag = self._dag
-        motion = self._motions[j].less(dag, self._fingerprints, self._motions[other], weight)
-        self._motions[j] = motion
-        for i in self._moved_by[other]:
-            moved = self._slots[i].moved
-            taken = dag.mul(weight, moved[other])
-            moved[j] = dag.sub(moved.get(j, dag.zero), taken)
-            if self._fingerprints.is_zero(moved[j]):
-                del moved[j]
-                self._moved_by[j].discard(i)
-            else:
-                self._moved_by[j].add(i)
 
     # --- definitions --------------------------------------------------------------------------
 
@@ -247,16 +208,17 @@ class _Merging:
         """The flows and efforts that take part in motions."""
         variables, dag = self._variables, self._dag
         shares: dict[Node, Node] = {}
-        for j, motion in enumerate(self._motions):
+        for j, motion in enumerate(self._motions.rows):
             state = self._slots[self._leaders[j]].state
             speed = variables.new_speed(state.symbol, state.derivative)
-            parts = {variables.symbol_of(("flow", k)): node for k, node in motion.flows.items()}
-            for k, node in motion.efforts.items():
+            flows = part_of(motion, "flow").items()
+            parts = {variables.symbol_of(("flow", k)): node for k, node in flows}
+            for k, node in part_of(motion, "port").items():
                 turned = variables.symbols.turned(node, variables.causal.ports[k].across_sign)
                 parts[variables.symbol_of(("port", k))] = turned
             for symbol, node in parts.items():
                 shares[symbol] = dag.add(shares.get(symbol, dag.zero), dag.mul(node, speed))
-        alone = {variables.symbol_of(column) for column in self._dependent}
+        alone = {variables.symbol_of(column) for column in self._free}
         for symbol, share in shares.items():
             variables.set_share(symbol, share, alone=symbol in alone)
 
@@ -270,7 +232,8 @@ class _Merging:
                 continue
             slot = self._slots[i]
             rests[i] = variables.new_state(slot.kind(dag))
-            parts = (dag.mul(node, self._leading(j).state.symbol) for j, node in slot.moved.items())
+            moved = self._moved(i).items()
+            parts = (dag.mul(node, self._leading(j).state.symbol) for j, node in moved)
             whole = Explicit(dag.add(rests[i], dag.sum(parts)))
             variables.set_definition(slot.state.symbol, whole, slot.place)
         solution = self._eliminated(members, rests)
@@ -288,12 +251,13 @@ class _Merging:
         """The residual of the balance on a motion: `B' dH/dx + driven`."""
         dag, variables = self._dag, self._variables
         total = self._driven(j)
-        for i in sorted(self._moved_by[j]):
+        motion = self._motions.rows[j]
+        for i in self._moved_by(j):
             slot = self._slots[i]
             if slot.is_charge:
                 assert slot.port is not None
-                total = dag.add(total, dag.mul(slot.moved[j], slot.port.answer))
-        for k, node in self._motions[j].pushes.items():
+                total = dag.add(total, dag.mul(motion["slot", i], slot.port.answer))
+        for k, node in part_of(motion, "push").items():
             if variables.causal.basis[k].kind is not BasisKind.FLOW_SOURCE:
                 total = dag.add(total, dag.mul(node, variables.independent(k)))
         return total
@@ -301,14 +265,15 @@ class _Merging:
     def _driven(self, j: int) -> Node:
         """The share of sources in the balance on a motion."""
         dag, variables, causal = self._dag, self._variables, self._variables.causal
-        motion = self._motions[j]
+        motion = self._motions.rows[j]
         total = dag.zero
-        for k, node in motion.pushes.items():
+        for k, node in part_of(motion, "push").items():
             if causal.basis[k].kind is BasisKind.FLOW_SOURCE:
                 total = dag.add(total, dag.mul(node, variables.independent(k)))
+        flows = part_of(motion, "flow").items()
         for port, source in self._effort_sources:
             row = dict(causal.flows[causal.class_of[port.bond]])
-            moved = dag.sum(dag.mul(row[k], x) for k, x in motion.flows.items() if k in row)
+            moved = dag.sum(dag.mul(row[k], x) for k, x in flows if k in row)
             force = variables.symbols.turned(source.value, port.sign)
             total = dag.add(total, dag.mul(moved, force))
         return total
@@ -363,7 +328,7 @@ class _Merging:
             Definition(
                 i,
                 {count + i: dag.one}
-                | {self._leaders[j]: node for j, node in self._slots[i].moved.items()},
+                | {self._leaders[j]: node for j, node in self._moved(i).items()},
             )
             for i in rests
         ]
@@ -372,12 +337,13 @@ class _Merging:
 
     # --- remaining states ---------------------------------------------------------------------
 
-    def _kept(self, slot: Slot, symbol: Node, start: Mapping[Node, Node]) -> IntegratedState:
-        """The state `y = x - B x_d`."""
-        dag, old = self._dag, slot.state
+    def _kept(self, i: int, symbol: Node, start: Mapping[Node, Node]) -> IntegratedState:
+        """The state `y = x - B x_d` of a slot."""
+        dag, slot = self._dag, self._slots[i]
+        old = slot.state
         rate, initial = old.derivative, start[old.symbol]
         led: list[str] = []
-        for j, node in slot.moved.items():
+        for j, node in self._moved(i).items():
             leader = self._leading(j).state
             led += leader.stores
             rate = dag.sub(rate, dag.mul(node, leader.derivative))
@@ -410,16 +376,16 @@ class _Merging:
         return [
             Balance(
                 {
-                    self._slots[i].state.symbol: self._slots[i].moved[j]
-                    for i in sorted(self._moved_by[j])
+                    self._slots[i].state.symbol: self._motions.rows[j]["slot", i]
+                    for i in self._moved_by(j)
                 },
                 self._driven(j),
             )
-            for j in range(len(self._motions))
+            for j in range(len(self._free))
         ]
 
     def _moved_slots(self, members: Sequence[int]) -> list[int]:
-        return sorted({i for j in members for i in self._moved_by[j]})
+        return sorted({i for j in members for i in self._moved_by(j)})
 
     def _leading(self, j: int) -> Slot:
         return self._slots[self._leaders[j]]
@@ -428,11 +394,11 @@ class _Merging:
 
     def _not_held(self, j: int) -> BgError:
         """The error for a motion that moves no storage, or only through moduli that may vanish."""
-        if self._moved_by.get(j):
+        if self._moved_by(j):
             return self._cannot_merge([j], "the modulus that joins them may become zero")
-        variables, motion = self._variables, self._motions[j]
-        symbols = [variables.symbol_of(("flow", k)) for k in motion.flows]
-        symbols += [variables.symbol_of(("port", k)) for k in motion.efforts]
+        variables, motion = self._variables, self._motions.rows[j]
+        symbols = [variables.symbol_of(("flow", k)) for k in part_of(motion, "flow")]
+        symbols += [variables.symbol_of(("port", k)) for k in part_of(motion, "port")]
         return variables.places.unsolvable(symbols)
 
     def _cannot_merge(self, members: Sequence[int], why: str) -> BgError:

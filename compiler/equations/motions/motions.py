@@ -15,86 +15,48 @@ motions therefore follow from the skew parts, and from rows that set resistive f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.modular import rank_of
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
+from bgc.equations.motions.reduction import Reduction, Row
 from bgc.equations.storage.kinds import own_flow
 from bgc.equations.variables.definitions import Column, Variables
 from bgc.equations.variables.law_nodes import gyrator_matrix
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
 
-_Row: TypeAlias = dict[Column, Node]
+
+def part_of(motion: Mapping[Column, Node], kind: str) -> dict[int, Node]:
+    """The entries of a motion in the columns of a kind, by their numbers."""
+    return {k: node for (what, k), node in motion.items() if what == kind}
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """A direction of free motion.
-
-    `flows` are its entries over the independent flows, `efforts` over the ports whose law gives
-    the through variable (their across variables, in the element's sense). `pushes` are what a
-    unit of the motion adds to the balance of the other independent flows, as a rate of momentum.
-    """
-
-    flows: dict[int, Node]
-    efforts: dict[int, Node]
-    pushes: dict[int, Node]
-
-    def weighted(self, dag: Dag, weight: Node) -> Motion:
-        """The motion times a factor."""
-        parts = (self.flows, self.efforts, self.pushes)
-        return Motion(*({k: dag.mul(x, weight) for k, x in part.items()} for part in parts))
-
-    def less(self, dag: Dag, fingerprints: Fingerprints, other: Motion, weight: Node) -> Motion:
-        """The motion minus a factor times another."""
-        mine = (self.flows, self.efforts, self.pushes)
-        theirs = (other.flows, other.efforts, other.pushes)
-        found = []
-        for part, taken in zip(mine, theirs, strict=True):
-            entries = dict(part)
-            for k, node in taken.items():
-                left = dag.sub(entries.get(k, dag.zero), dag.mul(weight, node))
-                entries[k] = left
-            found.append({k: x for k, x in entries.items() if not fingerprints.is_zero(x)})
-        return Motion(*found)
-
-
-@dataclass(frozen=True, slots=True)
-class FreeMotions:
-    """All free motions, each with the unknown that represents it in the resistive equations."""
-
-    motions: tuple[Motion, ...]
-    dependent: tuple[Column, ...]
-
-
-def free_motions(variables: Variables) -> FreeMotions:
+def free_motions(variables: Variables) -> dict[Column, Row]:
     """The free motions of a graph, those of flows that only compliances determine first.
+
+    Each is found by the unknown that represents it in the resistive equations, and has entries
+    ("flow", k) over the independent flows, ("port", k) over the ports whose law gives the through
+    variable (their across variables, in the element's sense), and ("push", k): what a unit of the
+    motion adds to the balance of another independent flow, as a rate of momentum.
 
     Raises
     ------
     BgError
         A motion could only be found by dividing by a modulus that may vanish.
     """
-    one = variables.dag.one
-    motions: list[Motion] = []
-    dependent: list[Column] = []
-    for k, basis in enumerate(variables.causal.basis):
-        if basis.kind is BasisKind.COMPLIANCE:
-            motions.append(Motion({k: one}, {}, {}))
-            dependent.append(("flow", k))
     search = _Search(variables)
-    for column, entries in search.kernel().items():
-        motions.append(search.motion(entries))
-        dependent.append(column)
-    return FreeMotions(tuple(motions), tuple(dependent))
+    motions: dict[Column, Row] = {
+        ("flow", k): {("flow", k): variables.dag.one}
+        for k, basis in enumerate(variables.causal.basis)
+        if basis.kind is BasisKind.COMPLIANCE
+    }
+    return motions | {c: search.motion(entries) for c, entries in search.kernel().items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +79,7 @@ class _Search:
         )
         self._flow: dict[int, dict[int, Node]] = {}  # port -> its row of N, element's sense
         self._skew: list[_Block] = []
-        self._still: list[_Row] = []  # rows that set the flows through resistances to zero
+        self._still: list[Row] = []  # rows that set the flows through resistances to zero
         for index, members in variables.index.ports_of_element.items():
             self._enter(index, members)
 
@@ -162,7 +124,7 @@ class _Search:
         )
         self._skew.append(_Block(tuple(members), skew, gives_through))
         for row in sums:
-            moved: _Row = {}
+            moved: Row = {}
             for j, weight in row.items():
                 if gives_through:
                     moved["port", members[j]] = weight
@@ -177,11 +139,11 @@ class _Search:
     def _keep_still(self, members: Sequence[int]) -> None:
         """No flow through a resistance takes part in a motion, so no effort at it either."""
         for k in members:
-            row: _Row = {}
+            row: Row = {}
             self._take(row, self._flow[k], self._dag.one)
             self._still.append(row)
 
-    def _take(self, row: _Row, flow: Mapping[int, Node], weight: Node) -> None:
+    def _take(self, row: Row, flow: Mapping[int, Node], weight: Node) -> None:
         """Add a weight times a row of N, of its resistive flows, to a row."""
         dag = self._dag
         for k, entry in flow.items():
@@ -209,14 +171,14 @@ class _Search:
 
     # --- the equations of free motion ---------------------------------------------------------
 
-    def _rows(self) -> list[_Row]:
+    def _rows(self) -> list[Row]:
         """The rows of `S (z, a) = 0` for the skew parts, and of zero flow through resistances."""
         dag = self._dag
-        balance: dict[int, _Row] = {k: {} for k in self._resistive}
-        rows: list[_Row] = list(self._still)
+        balance: dict[int, Row] = {k: {} for k in self._resistive}
+        rows: list[Row] = list(self._still)
         for block in self._skew:
             for i, port in enumerate(block.ports):
-                given: _Row = {}  # the across variable, or the law's through variable
+                given: Row = {}  # the across variable, or the law's through variable
                 for j, entry in enumerate(block.matrix[i]):
                     if entry != dag.zero and block.gives_through:
                         given["port", block.ports[j]] = entry
@@ -236,16 +198,15 @@ class _Search:
         ]
         return [row for row in kept if row]
 
-    def _add(self, row: _Row, other: _Row, weight: Node) -> None:
+    def _add(self, row: Row, other: Row, weight: Node) -> None:
         dag = self._dag
         for column, entry in other.items():
             row[column] = dag.add(row.get(column, dag.zero), dag.mul(weight, entry))
 
-    def motion(self, entries: Mapping[Column, Node]) -> Motion:
+    def motion(self, entries: Row) -> Row:
         """A motion with what it pushes."""
         dag = self._dag
-        flows = {k: x for (what, k), x in entries.items() if what == "flow"}
-        efforts = {k: x for (what, k), x in entries.items() if what == "port"}
+        flows, efforts = part_of(entries, "flow"), part_of(entries, "port")
         pushes: dict[int, Node] = {}
         for block in self._skew:
             for i, port in enumerate(block.ports):
@@ -258,8 +219,7 @@ class _Search:
                     if k not in self._resistive:
                         taken = dag.mul(weight, across)
                         pushes[k] = dag.sub(pushes.get(k, dag.zero), taken)
-        is_zero = self._fingerprints.is_zero
-        return Motion(flows, efforts, {k: x for k, x in pushes.items() if not is_zero(x)})
+        return entries | {("push", k): node for k, node in pushes.items()}
 
     def _moved(self, port: int, flows: Mapping[int, Node]) -> Node:
         dag, row = self._dag, self._flow[port]
@@ -267,12 +227,14 @@ class _Search:
 
     # --- their solutions ------------------------------------------------------------------------
 
-    def kernel(self) -> dict[Column, _Row]:
+    def kernel(self) -> dict[Column, Row]:
         """A basis of the solutions: for each its free unknown and all its entries."""
-        found: dict[Column, _Row] = {}
+        found: dict[Column, Row] = {}
         open_flows = set(self._resistive)
         open_ports = {k for b in self._skew if b.gives_through for k in b.ports}
-        for rows in _connected(self._rows()):
+        every = self._rows()
+        for group in groups_sharing(every):
+            rows = [every[i] for i in group]
             columns = {column for row in rows for column in row}
             open_flows -= {k for what, k in columns if what == "flow"}
             open_ports -= {k for what, k in columns if what == "port"}
@@ -286,36 +248,32 @@ class _Search:
     def _residue(self, node: Node) -> int:
         return self._fingerprints.residue(node)
 
-    def _solve(self, rows: list[_Row], columns: set[Column], rank: int) -> dict[Column, _Row]:
+    def _solve(self, rows: list[Row], columns: set[Column], rank: int) -> dict[Column, Row]:
         """Solve the rows with certified pivots, each for one unknown."""
-        dag, is_zero = self._dag, self._fingerprints.is_zero
-        open_rows, solved = [dict(row) for row in rows], dict[Column, _Row]()
+        reduction, solved = Reduction(self._dag, self._fingerprints, rows), dict[Column, int]()
         while len(solved) < rank:
             candidates = [
                 (certificate.rank, len(row), i, column)
-                for i, row in enumerate(open_rows)
+                for i, row in enumerate(reduction.rows)
+                if i not in solved.values()
                 for column, entry in row.items()
                 if (certificate := self._variables.certificate(entry)) is not None
             ]
             if not candidates:
                 raise self._refused(columns)
-            _, _, i, column = min(candidates)
-            row = open_rows.pop(i)
-            pivot = row.pop(column)
+            *_, i, column = min(candidates)
+            pivot = reduction.rows[i][column]
             self._variables.may_divide(pivot, "the modulus of a gyrator must not be zero")
-            solution = {c: dag.neg(dag.div(x, pivot)) for c, x in row.items()}
-            for other in (*open_rows, *solved.values()):
-                if column in other:
-                    self._add(other, solution, other.pop(column))
-                    for c in [c for c, x in other.items() if is_zero(x)]:
-                        del other[c]
-            open_rows = [other for other in open_rows if other]
-            solved[column] = solution
-        free = sorted(columns - set(solved))
+            reduction.eliminate(i, column)
+            solved[column] = i
         return {
-            column: {column: dag.one}
-            | {c: row[column] for c, row in solved.items() if column in row}
-            for column in free
+            free: {free: self._dag.one}
+            | {
+                column: self._dag.neg(reduction.rows[i][free])
+                for column, i in solved.items()
+                if free in reduction.rows[i]
+            }
+            for free in sorted(columns - set(solved))
         }
 
     def _refused(self, columns: set[Column]) -> BgError:
@@ -342,18 +300,3 @@ class _Search:
         why = "the modulus that joins them may become zero"
         names = [element.name for element in others]
         return BgError([storage_messages.dependent_storage(first.span, first.name, names, why)])
-
-
-def _connected(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
-    """Rows in groups that share no column."""
-    numbers: dict[Column, int] = {}
-    for row in rows:
-        for column in row:
-            numbers.setdefault(column, len(numbers))
-    sets = DisjointSets(len(numbers))
-    for row in rows:
-        sets.join(numbers[column] for column in row)
-    groups: dict[int, list[_Row]] = {}
-    for row in rows:
-        groups.setdefault(sets.find(numbers[next(iter(row))]), []).append(row)
-    yield from groups.values()

@@ -49,7 +49,10 @@ Definition: TypeAlias = Explicit | Unknown | Rate
 _NOT_BEFORE = frozenset({Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE, Kind.START})
 
 Column: TypeAlias = tuple[str, int]
-"""A resistive unknown: ("flow", independent flow), or ("port", port whose law gives a flow)."""
+"""A resistive unknown: ("flow", independent flow), or ("port", port whose law gives a flow).
+
+Also what a free motion moves beside these: see `motions/motions.py`.
+"""
 
 
 @dataclass(frozen=True, slots=True)
