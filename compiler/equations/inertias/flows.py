@@ -14,7 +14,7 @@ from bgc.algebra.linalg import identity
 from bgc.algebra.quadratic import Definition, Form, Row
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.inertias.rank import has_constant_rank
-from bgc.equations.storage.constrained_energy import ConstrainedEnergy, eliminate
+from bgc.equations.storage.constrained_energy import ConstrainedEnergy
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind
@@ -52,29 +52,7 @@ def kinetic_energy(
     )
 
 
-def reduced_flows(
-    variables: Variables, group: Group, energy: ConstrainedEnergy, momenta: Mapping[int, Node]
-) -> dict[int, Node] | None:
-    """`u = (N' M N)^-1 (pi - N' M N_s s)` over the independent flows of a group.
-
-    `momenta` gives pi. The flows come as raw nodes in each other and in other flows. None where
-    they fail the check.
-
-    Raises
-    ------
-    SingularFormError
-        The common inertia is always singular.
-    """
-    number_of = dict(zip(group.flows, energy.free, strict=True))
-    energy.form.vector.update({number_of[k]: node for k, node in momenta.items()})
-    found = eliminate(variables, energy, variables.symbols.of_class)
-    if found is None:
-        return None
-    _watch_pivots(variables, group, found.pivots)
-    return {k: found.values[number] for k, number in number_of.items()}
-
-
-def _watch_pivots(variables: Variables, group: Group, pivots: Sequence[Node]) -> None:
+def watch_pivots(variables: Variables, group: Group, pivots: Sequence[Node]) -> None:
     """Note the pivots of a reduced mass that may vanish at a state."""
     doubtful = [node for node in pivots if variables.may_vanish(node)]
     if doubtful and not has_constant_rank(variables, group):

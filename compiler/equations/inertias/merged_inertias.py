@@ -18,7 +18,7 @@ from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.inertias.flows import kinetic_energy, reduced_flows
+from bgc.equations.inertias.flows import kinetic_energy, watch_pivots
 from bgc.equations.inertias.groups import Group, find_groups, inertias_of
 from bgc.equations.inertias.turning import turning_forces
 from bgc.equations.storage.accounts import is_symmetric
@@ -26,6 +26,7 @@ from bgc.equations.storage.constrained_energy import (
     ConstrainedEnergy,
     ReducedMatrix,
     cannot_merge,
+    determine,
     soft_motion,
 )
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
@@ -75,17 +76,7 @@ def _merge_inertia_group(
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     for element in group.elements:
         _define_momenta(variables, element)
-    energy = kinetic_energy(variables, group.elements, group.flows)
-    _require_moved(variables, group, energy)
-    flows = _reduced_flows(variables, group, energy, merged) if group.is_linear else None
-    for k, state in merged.items():
-        number = causal.basis[k].bond_class
-        if flows is not None:
-            variables.set_flow(number, Explicit(flows[k]))
-        else:
-            moved = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
-            variables.set_flow(number, Unknown())
-            variables.add_equation(dag.sub(state, moved), variables.symbols.of_class(number))
+    _define_flows(variables, group, merged)
     states = [
         charge_state(variables, element, position)
         for element in group.elements
@@ -137,11 +128,23 @@ def _define_momenta(variables: Variables, element: StorageElement) -> None:
         variables.set_rate_of(port.index, port.state, port.bias)
 
 
-def _reduced_flows(
-    variables: Variables, group: Group, energy: ConstrainedEnergy, merged: dict[int, Node]
-) -> dict[int, Node] | None:
+def _define_flows(variables: Variables, group: Group, merged: dict[int, Node]) -> None:
+    """The independent flows: `u = (N' M N)^-1 (pi - N' M N_s s)`, or by rows `pi = N' p`."""
+    dag = variables.dag
+    energy = kinetic_energy(variables, group.elements, group.flows)
+    _require_moved(variables, group, energy)
+    energy.form.vector.update(zip(energy.free, merged.values(), strict=True))
+
+    def row_of(place: int) -> Node:
+        k = group.flows[place]
+        moved = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
+        return dag.sub(merged[k], moved)
+
+    of_class = variables.symbols.of_class
+    unknowns = [of_class(number) for number in energy.free]
+    linear = energy if group.is_linear else None
     try:
-        return reduced_flows(variables, group, energy, merged)
+        watch_pivots(variables, group, determine(variables, unknowns, linear, of_class, row_of))
     except SingularFormError:
         why = "their common inertia is singular"
         raise cannot_merge(group.elements[0], group.names(), why) from None

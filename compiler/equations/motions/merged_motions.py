@@ -29,7 +29,7 @@ from bgc.equations.storage.constrained_energy import (
     ConstrainedEnergy,
     ReducedMatrix,
     cannot_merge,
-    eliminate,
+    determine,
 )
 from bgc.equations.storage.coordinates import (
     effort_coordinate,
@@ -37,7 +37,7 @@ from bgc.equations.storage.coordinates import (
     flow_coordinate,
 )
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
-from bgc.equations.variables.definitions import Column, Explicit, Unknown, Variables
+from bgc.equations.variables.definitions import Column, Explicit, Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Node, Source
 
@@ -236,15 +236,17 @@ class _Merging:
             parts = (dag.mul(node, self._leading(j).state.symbol) for j, node in moved)
             whole = Explicit(dag.add(rests[i], dag.sum(parts)))
             variables.set_definition(slot.state.symbol, whole, slot.place)
-        solution = self._eliminated(members, rests)
-        for j in members:
-            leader = self._leading(j)
-            symbol = leader.state.symbol
-            if solution is None:
-                variables.set_definition(symbol, Unknown(), leader.place)
-                variables.add_equation(self._condition(j), symbol)
-            else:
-                variables.set_definition(symbol, Explicit(solution[j]), leader.place)
+        for i in leaders:
+            variables.places.note(self._slots[i].state.symbol, self._slots[i].place)
+        states = [slot.state.symbol for slot in self._slots]
+        count = len(states)
+        determine(
+            variables,
+            [states[self._leaders[j]] for j in members],
+            self._definite_energy(members, rests),
+            lambda k: states[k] if k < count else rests[k - count],
+            lambda place: self._condition(members[place]),
+        )
         return rests
 
     def _condition(self, j: int) -> Node:
@@ -278,10 +280,10 @@ class _Merging:
             total = dag.add(total, dag.mul(moved, force))
         return total
 
-    def _eliminated(
+    def _definite_energy(
         self, members: Sequence[int], rests: Mapping[int, Node]
-    ) -> dict[int, Node] | None:
-        """The designated charges of a group of linear compliances, by motion.
+    ) -> ConstrainedEnergy | None:
+        """The energy of a group of linear compliances.
 
         None for other groups, and where the common stiffness is not positive definite.
         """
@@ -293,16 +295,11 @@ class _Merging:
             return None
         energy = self._potential_energy(members, rests)
         stiffness = ReducedMatrix(self._variables, energy)
-        if not stiffness.is_definite(_LEAST_EIGENVALUE):
-            if stiffness.is_singular(_LEAST_EIGENVALUE):
-                raise self._cannot_merge(members, "their common stiffness is singular")
-            return None
-        count = len(self._slots)
-        symbols = [slot.state.symbol for slot in self._slots]
-        found = eliminate(
-            self._variables, energy, lambda k: symbols[k] if k < count else rests[k - count]
-        )
-        return None if found is None else {j: found.values[self._leaders[j]] for j in members}
+        if stiffness.is_definite(_LEAST_EIGENVALUE):
+            return energy
+        if stiffness.is_singular(_LEAST_EIGENVALUE):
+            raise self._cannot_merge(members, "their common stiffness is singular")
+        return None
 
     def _potential_energy(
         self, members: Sequence[int], rests: Mapping[int, Node]

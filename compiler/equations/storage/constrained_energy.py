@@ -25,7 +25,7 @@ from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement
-from bgc.equations.variables.definitions import Variables
+from bgc.equations.variables.definitions import Explicit, Unknown, Variables
 from bgc.ir.graph import Node
 
 _TOLERANCE = 1e-6  # of the terms of a sum; far above rounding, far below the effect of a wrong sign
@@ -40,35 +40,39 @@ class ConstrainedEnergy:
     free: Sequence[int]
 
 
-@dataclass(frozen=True, slots=True)
-class Eliminated:
-    """The free variables, as raw nodes in each other and in the others, and the pivots."""
+def determine(
+    variables: Variables,
+    unknowns: Sequence[Node],
+    energy: ConstrainedEnergy | None,
+    symbol_of: Callable[[int], Node],
+    row_of: Callable[[int], Node],
+) -> Sequence[Node]:
+    """Define unknowns, in their order, as the free variables of least energy; gives the pivots.
 
-    values: dict[int, Node]
-    pivots: list[Node]
-
-
-def eliminate(
-    variables: Variables, energy: ConstrainedEnergy, symbol_of: Callable[[int], Node]
-) -> Eliminated | None:
-    """The free variables of least energy; None where they fail the check.
+    They are raw nodes in each other and in the variables that are not free. `row_of` gives the
+    residual of each by its place: a row determines it where the solution fails the check, or where
+    there is no quadratic energy.
 
     Raises
     ------
     SingularFormError
         The matrix of the energy along the free variables is always singular.
     """
-    dag = variables.dag
-    minima = minimise(
-        dag, variables.causal.fingerprints, energy.form, energy.definitions, energy.free
-    )
-    if not is_minimum(at_random(variables), energy, minima):
-        return None
-    values = {}
-    for minimum in minima:
-        known = dag.sum(dag.mul(c, symbol_of(k)) for k, c in minimum.row.items())
-        values[minimum.variable] = dag.div(dag.sub(minimum.offset, known), minimum.pivot)
-    return Eliminated(values, [minimum.pivot for minimum in minima])
+    dag, minima = variables.dag, list[Minimum]()
+    if energy is not None:
+        fingerprints = variables.causal.fingerprints
+        minima = minimise(dag, fingerprints, energy.form, energy.definitions, energy.free)
+        if is_minimum(at_random(variables), energy, minima):
+            place = dict(zip(energy.free, unknowns, strict=True))
+            for m in minima:
+                known = dag.sum(dag.mul(c, symbol_of(k)) for k, c in m.row.items())
+                value = dag.div(dag.sub(m.offset, known), m.pivot)
+                variables.definitions[place[m.variable]] = Explicit(value)
+            return [m.pivot for m in minima]
+    for k, unknown in enumerate(unknowns):
+        variables.definitions[unknown] = Unknown()
+        variables.add_equation(row_of(k), unknown)
+    return ()
 
 
 def at_random(variables: Variables) -> Evaluator:
