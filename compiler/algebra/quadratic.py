@@ -73,6 +73,15 @@ class Definition:
 
 
 @dataclass(frozen=True, slots=True)
+class ConstrainedEnergy:
+    """A form, the definitions of variables in it, and the free variables, as `minimise` takes."""
+
+    form: Form
+    definitions: Sequence[Definition]
+    free: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
 class Minimum:
     """`pivot * variable = offset - sum coefficient * other`, the others being known by then."""
 

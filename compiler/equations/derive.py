@@ -80,7 +80,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     require_representable(graph, solved)
     assert_power_balance(solved)
     needed = without_settled_jumps(without_unused_divisors(solved))
-    kept = with_speeds(needed, variables, system.resolver, system.elements, system.stored)
+    kept = with_speeds(needed, variables, system.resolver)
     return with_port_checks(kept, graph)
 
 

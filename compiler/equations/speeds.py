@@ -13,17 +13,9 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.equations.inertias.flows import momenta_of
-from bgc.equations.inertias.groups import find_groups
+from bgc.equations.inertias.flows import momenta_in
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.storage.kinds import (
-    IntegratedState,
-    StorageElement,
-    columns_of,
-    is_independent,
-)
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.causal import Role
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, SpeedEquations
 
@@ -31,43 +23,27 @@ _FEWEST_FLOWS = 3  # flows of a group: with fewer there is nothing to gain
 _KNOWN = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.STATE, Kind.SPEED})
 
 
-def with_speeds(
-    program: Program,
-    variables: Variables,
-    resolver: Resolver,
-    elements: Sequence[StorageElement],
-    stored: Sequence[IntegratedState],
-) -> Program:
+def with_speeds(program: Program, variables: Variables, resolver: Resolver) -> Program:
     """Add the equations of the merged flows to a program whose derivation is complete.
 
-    Its other nodes keep their numbers, and its DAG gets no others. Closed chains have none: their
-    multipliers are solved for by the flows, too. Nor have equations that are not proven to hold.
+    `Variables.kinetic` has the energies of merged inertias and the momenta on their flows. The
+    program's other nodes keep their numbers, and its DAG gets no others. Closed chains have none:
+    their multipliers are solved for by the flows, too. Nor have equations that are not proven to
+    hold.
     """
-    if program.closures is not None:
-        return program
-    momenta = {state.flow: state.symbol for state in stored if state.flow is not None}
-    columns = columns_of(elements, Role.INERTIA)
-    merged = [e for e in elements if not is_independent(variables.causal, e, columns)]
-    groups = [
-        group
-        for group in find_groups(variables, merged)
-        if group.is_linear
-        and len(group.flows) >= _FEWEST_FLOWS
-        and momenta.keys() >= set(group.flows)
-    ]
-    if not groups:
+    groups = [group for group in variables.kinetic if len(group[1]) >= _FEWEST_FLOWS]
+    if program.closures is not None or not groups:
         return program
     dag = variables.dag
     program = replace(program, dag=dag.copy())
     values: list[Node] = []
     residuals: list[Node] = []
-    for group in groups:
-        speeds = {k: dag.symbol(Kind.SPEED, len(values) + i) for i, k in enumerate(group.flows)}
-        gathered = momenta_of(variables, group.elements, speeds)
-        for k in group.flows:
-            number = variables.causal.basis[k].bond_class
+    for energy, momenta in groups:
+        speeds = {k: dag.symbol(Kind.SPEED, len(values) + i) for i, k in enumerate(momenta)}
+        gathered = momenta_in(variables, energy, speeds)
+        for number, (k, momentum) in zip(energy.free, momenta.items(), strict=True):
             values.append(resolver.resolve(variables.symbols.of_class(number)))
-            residuals.append(resolver.resolve(dag.sub(momenta[k], gathered[k])))
+            residuals.append(resolver.resolve(dag.sub(momentum, gathered[k])))
     speeds_of = _alone(dag, values, residuals)
     return replace(program, speeds=speeds_of if _hold(speeds_of) else None)
 

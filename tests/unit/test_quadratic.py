@@ -16,6 +16,7 @@ from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.quadratic import (
+    ConstrainedEnergy,
     Definition,
     Form,
     Minimum,
@@ -25,7 +26,7 @@ from bgc.algebra.quadratic import (
     minimise,
     minimise_in_order,
 )
-from bgc.equations.storage.constrained_energy import ConstrainedEnergy, is_minimum
+from bgc.equations.storage.constrained_energy import is_minimum
 
 
 class Problem:

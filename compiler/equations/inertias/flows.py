@@ -11,10 +11,9 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 
 from bgc.algebra.linalg import identity
-from bgc.algebra.quadratic import Definition, Form, Row
+from bgc.algebra.quadratic import ConstrainedEnergy, Definition, Form, Row
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.inertias.rank import has_constant_rank
-from bgc.equations.storage.constrained_energy import ConstrainedEnergy
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind
@@ -129,8 +128,14 @@ def momenta_of(
 
     Independent flow -> its flow gives independent flow -> its momentum.
     """
+    return momenta_in(variables, kinetic_energy(variables, elements, list(flows)), flows)
+
+
+def momenta_in(
+    variables: Variables, energy: ConstrainedEnergy, flows: Mapping[int, Node]
+) -> dict[int, Node]:
+    """The momenta on independent flows by their energy, as `momenta_of` gives them."""
     dag, basis = variables.dag, variables.causal.basis
-    energy = kinetic_energy(variables, elements, list(flows))
     values = {
         independent.bond_class: flows[k] if k in flows else variables.independent(k)
         for k, independent in enumerate(basis)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Kind
-from bgc.algebra.quadratic import SingularFormError
+from bgc.algebra.quadratic import ConstrainedEnergy, SingularFormError
 from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
@@ -23,7 +23,6 @@ from bgc.equations.inertias.groups import Group, find_groups, inertias_of
 from bgc.equations.inertias.turning import turning_forces
 from bgc.equations.storage.accounts import is_symmetric
 from bgc.equations.storage.constrained_energy import (
-    ConstrainedEnergy,
     ReducedMatrix,
     cannot_merge,
     determine,
@@ -144,10 +143,13 @@ def _define_flows(variables: Variables, group: Group, merged: dict[int, Node]) -
     unknowns = [of_class(number) for number in energy.free]
     linear = energy if group.is_linear else None
     try:
-        watch_pivots(variables, group, determine(variables, unknowns, linear, of_class, row_of))
+        pivots = determine(variables, unknowns, linear, of_class, row_of)
     except SingularFormError:
         why = "their common inertia is singular"
         raise cannot_merge(group.elements[0], group.names(), why) from None
+    if pivots:
+        watch_pivots(variables, group, pivots)
+        variables.kinetic.append((energy, merged))
 
 
 def _require_moved(variables: Variables, group: Group, energy: ConstrainedEnergy) -> None:

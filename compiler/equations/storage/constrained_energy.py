@@ -20,24 +20,14 @@ from collections.abc import Callable, Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
-from bgc.algebra.quadratic import Definition, Form, Minimum, minimise
+from bgc.algebra.quadratic import ConstrainedEnergy, Definition, Minimum, minimise
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Explicit, Unknown, Variables
 from bgc.ir.graph import Node
 
 _TOLERANCE = 1e-6  # of the terms of a sum; far above rounding, far below the effect of a wrong sign
-
-
-@dataclass(frozen=True, slots=True)
-class ConstrainedEnergy:
-    """`1/2 v' Q v - b' v` of numbered variables; the definitions are those of `minimise`."""
-
-    form: Form
-    definitions: Sequence[Definition]
-    free: Sequence[int]
 
 
 def determine(

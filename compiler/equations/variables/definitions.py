@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.quadratic import ConstrainedEnergy
 from bgc.causality.certificates import Certificate, Certifier
 from bgc.diagnostics.records import dataclass
 from bgc.equations.variables.balances import Balances, CausalIndex
@@ -53,6 +54,8 @@ Column: TypeAlias = tuple[str, int]
 
 Also what a free motion moves beside these: see `motions/motions.py`.
 """
+
+Row: TypeAlias = dict[Column, Node]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +101,7 @@ class Variables:
         self.given_junctions: set[int] = set()  # elements that set the flows of inertias
         self.start_names: list[str] = []  # elements with a value given in these rows
         self.start_rows: list[Node] = []  # linear equations in START symbols, as many as these
+        self.kinetic: list[tuple[ConstrainedEnergy, Mapping[int, Node]]] = []  # see `speeds.py`
         self.speeds: dict[Node, Speed] = {}
         self.multipliers: list[Node] = []  # of the closing rows, in the order of the closures
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
