@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from operator import mul
 from typing import TypeAlias
 
+from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.diagnostics.records import dataclass
 
 Numbers: TypeAlias = Sequence[Sequence[float]]
@@ -90,17 +91,9 @@ def find_indefinite(matrix: Numbers, *, strictly: bool = False) -> Indefinite | 
 
 def _blocks(matrix: Numbers) -> list[list[int]]:
     """Index sets that off-diagonal entries connect."""
-    block = list(range(len(matrix)))
-    members = [[k] for k in block]
-    for i, row in enumerate(matrix):
-        for j, entry in enumerate(row):
-            if entry != 0 and block[i] != block[j]:
-                kept, gone = block[i], block[j]
-                for k in members[gone]:
-                    block[k] = kept
-                members[kept] += members[gone]
-                members[gone] = []
-    return [sorted(places) for places in members if places]
+    return groups_sharing(
+        [{i, *(j for j, x in enumerate(row) if x != 0)} for i, row in enumerate(matrix)]
+    )
 
 
 def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefinite | None:

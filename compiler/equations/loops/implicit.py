@@ -13,13 +13,13 @@ from typing import TypeAlias
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.matching import match
+from bgc.algebra.reduction import Reduction
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.constraints import derivative_with_unknown
 from bgc.equations.loops.singular_jacobian import Row, require_determined
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.variables.definitions import Explicit, Rate, Unknown, Variables
+from bgc.equations.variables.definitions import Column, Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Equation, Node
 
 # --- unknowns of the graph ----------------------------------------------------------------------
@@ -193,51 +193,28 @@ def _linear_in_rates(
 
 
 _Form: TypeAlias = tuple[Node, dict[int, Node]]
-
-
-@dataclass(frozen=True, slots=True)
-class _Reduced:
-    """A form minus multiples of earlier ones, and the pivots that this divided by."""
-
-    right: Node
-    entries: dict[int, Node]
-    pivots: tuple[Node, ...]
+_RIGHT: Column = ("right", 0)
 
 
 def _with_algebraic_rows(variables: Variables, forms: Sequence[_Form]) -> list[_Form]:
     """Eliminate rates from dependent rows; a row left without rates is algebraic."""
-    result = list(forms)
-    earlier: list[tuple[int, _Reduced]] = []  # column of the pivot
-    for k, (right, entries) in enumerate(forms):
-        row = _Reduced(right, dict(entries), ())
-        for column, pivot_row in earlier:
-            if column in row.entries:
-                row = _less(variables, row, column, pivot_row)
-        if row.entries:
-            best = min(row.entries, key=lambda j: _preference(variables, row.entries[j]))
-            earlier.append((best, row))
-        elif entries:
-            result[k] = (row.right, {})
-            for pivot in row.pivots:
-                if variables.dag.level[pivot] == Level.PARAM:
+    dag, result = variables.dag, list(forms)
+    rows = [{_RIGHT: right} | {("rate", j): x for j, x in row.items()} for right, row in forms]
+    reduction = Reduction(dag, variables.causal.fingerprints, rows)
+    used: list[set[Node]] = [set() for _ in forms]  # the pivots by which each row was changed
+    for k, row in enumerate(reduction.rows):
+        rates = [column for column in row if column != _RIGHT]
+        if rates:
+            best = min(rates, key=lambda column: _preference(variables, row[column]))
+            for other in reduction.holding[best] - {k}:
+                used[other] |= used[k] | {row[best]}
+            reduction.eliminate(k, best)
+        elif forms[k][1]:
+            result[k] = (row.get(_RIGHT, dag.zero), {})
+            for pivot in used[k]:
+                if dag.level[pivot] == Level.PARAM:
                     variables.watch(pivot, "the equations for the rates are singular")
     return result
-
-
-def _less(variables: Variables, row: _Reduced, column: int, pivot_row: _Reduced) -> _Reduced:
-    """Subtract the multiple of a pivot row that removes a column."""
-    dag, fingerprints = variables.dag, variables.causal.fingerprints
-    pivot = pivot_row.entries[column]
-    factor = dag.div(row.entries[column], pivot)
-    entries = {j: node for j, node in row.entries.items() if j != column}
-    for j, node in pivot_row.entries.items():
-        if j == column:
-            continue
-        left = dag.sub(entries.pop(j, dag.zero), dag.mul(factor, node))
-        if not fingerprints.is_zero(left):
-            entries[j] = left
-    right = dag.sub(row.right, dag.mul(factor, pivot_row.right))
-    return _Reduced(right, entries, (*row.pivots, pivot, *pivot_row.pivots))
 
 
 def _preference(variables: Variables, node: Node) -> int:

@@ -19,14 +19,13 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import groups_sharing
-from bgc.algebra.quadratic import Definition, Form
+from bgc.algebra.quadratic import ConstrainedEnergy, Definition, Form
+from bgc.algebra.reduction import Reduction
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.motions.joint_start import Balance, joint_start
 from bgc.equations.motions.motions import free_motions, part_of
-from bgc.equations.motions.reduction import Reduction, Row
 from bgc.equations.storage.constrained_energy import (
-    ConstrainedEnergy,
     ReducedMatrix,
     cannot_merge,
     determine,
@@ -37,7 +36,7 @@ from bgc.equations.storage.coordinates import (
     flow_coordinate,
 )
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
-from bgc.equations.variables.definitions import Column, Explicit, Variables
+from bgc.equations.variables.definitions import Column, Explicit, Row, Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Node, Source
 

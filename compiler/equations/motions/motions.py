@@ -21,12 +21,12 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.modular import rank_of
+from bgc.algebra.reduction import Reduction
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
-from bgc.equations.motions.reduction import Reduction, Row
 from bgc.equations.storage.kinds import own_flow
-from bgc.equations.variables.definitions import Column, Variables
+from bgc.equations.variables.definitions import Column, Row, Variables
 from bgc.equations.variables.law_nodes import gyrator_matrix
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Generic, TypeVar
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.equations.variables.definitions import Column
-from bgc.ir.graph import Node
+from bgc.algebra.nodes import Node
 
-Row = dict[Column, Node]
+Column = TypeVar("Column", bound=Hashable)
 
 
-class Reduction:
+class Reduction(Generic[Column]):
     """Rows, and for each column the rows that hold it. Entries that are zero are left out."""
 
     def __init__(
@@ -20,7 +20,7 @@ class Reduction:
     ) -> None:
         self._dag = dag
         self._is_zero = fingerprints.is_zero
-        self.rows: list[Row] = [{} for _ in rows]
+        self.rows: list[dict[Column, Node]] = [{} for _ in rows]
         self.holding: dict[Column, set[int]] = {}
         for i, row in enumerate(rows):
             for column, node in row.items():
