@@ -421,6 +421,20 @@ class Dag:
             self.tables.setdefault(table.number, table)
         return self.apply(op, operands)
 
+    def adopted(
+        self, other: Dag, roots: Iterable[int], given: Mapping[Symbol, int] | None = None
+    ) -> list[int]:
+        """Nodes of another graph as nodes of this one; given symbols become nodes of this one."""
+        new: dict[int, int] = {}
+        roots, given = list(roots), given or {}
+        for node in other.reachable(roots):
+            symbol = other.symbol_of(node)
+            if symbol is not None and symbol in given:
+                new[node] = given[symbol]
+            else:
+                new[node] = self.adopt(other, node, tuple(new[x] for x in other.operands(node)))
+        return [new[root] for root in roots]
+
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
         """Replace nodes below the roots; replacements are not searched again."""
         done = dict(replacement)

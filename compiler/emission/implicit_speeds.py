@@ -120,7 +120,7 @@ class ImplicitForms:
         dag = self.program.dag.copy()
         jacobian = replace(
             local,
-            entries=tuple(_adopted(dag, other, local.entries, self.speeds)),
+            entries=tuple(dag.adopted(other, local.entries, self.speeds)),
             by_time=self.by_time,
             inner=inner,
             slopes=self.slopes,
@@ -136,7 +136,7 @@ def implicit_forms(program: Program) -> ImplicitForms | None:
     if form is None:
         return None
     dag = program.dag.copy()
-    values = _adopted(dag, program.speeds.dag, program.speeds.values, {})
+    values = dag.adopted(program.speeds.dag, program.speeds.values)
     outputs = [state.derivative for state in program.states]
     rows = forward_rows(dag, outputs, lambda s: TIME if s.kind is Kind.TIME else None)
     return ImplicitForms(
@@ -200,7 +200,7 @@ def _implicit_form(program: Program, speeds: SpeedEquations) -> _Implicit | None
     """g and r; None where g would need a flow whose symbol cannot take its place."""
     dag = program.dag.copy()
     rates = [state.derivative for state in program.states]
-    values = _adopted(dag, speeds.dag, speeds.values, {})
+    values = dag.adopted(speeds.dag, speeds.values)
     dag, new = number_values(dag, (*rates, *values))
     place: dict[Node, Node] = {}
     for k, value in enumerate(values):
@@ -211,20 +211,6 @@ def _implicit_form(program: Program, speeds: SpeedEquations) -> _Implicit | None
             return None
         place[node] = symbol
     cut = dag.substitute([new[rate] for rate in rates], place)
-    residuals = _adopted(dag, speeds.dag, speeds.residuals, {})
+    residuals = dag.adopted(speeds.dag, speeds.residuals)
     dag, new = number_values(dag, (*cut, *residuals))
     return _Implicit(dag, tuple(new[node] for node in cut), tuple(new[node] for node in residuals))
-
-
-def _adopted(
-    dag: Dag, other: Dag, nodes: Sequence[Node], symbols: dict[Symbol, Node]
-) -> list[Node]:
-    """Nodes of another DAG as nodes of this one; some symbols become given nodes."""
-    new: dict[Node, Node] = {}
-    for node in other.reachable(nodes):
-        symbol = other.symbol_of(node)
-        if symbol is not None and symbol in symbols:
-            new[node] = symbols[symbol]
-        else:
-            new[node] = dag.adopt(other, node, tuple(new[x] for x in other.operands(node)))
-    return [new[node] for node in nodes]

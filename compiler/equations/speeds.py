@@ -8,7 +8,6 @@ keep u as unknowns of its linear systems, by the rows 0 = pi - N' M (N u + N_s s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind
@@ -44,19 +43,9 @@ def with_speeds(program: Program, variables: Variables, resolver: Resolver) -> P
         for number, (k, momentum) in zip(energy.free, momenta.items(), strict=True):
             values.append(resolver.resolve(variables.symbols.of_class(number)))
             residuals.append(resolver.resolve(dag.sub(momentum, gathered[k])))
-    speeds_of = _alone(dag, values, residuals)
-    return replace(program, speeds=speeds_of if _hold(speeds_of) else None)
-
-
-def _alone(dag: Dag, values: Sequence[Node], residuals: Sequence[Node]) -> SpeedEquations:
-    """The equations on a DAG of their own."""
     own = Dag()
-    new: dict[Node, Node] = {}
-    for node in dag.reachable((*values, *residuals)):
-        new[node] = own.adopt(dag, node, tuple(new[x] for x in dag.operands(node)))
-    return SpeedEquations(
-        own, tuple(new[node] for node in values), tuple(new[node] for node in residuals)
-    )
+    kept = SpeedEquations(own, tuple(own.adopted(dag, values)), tuple(own.adopted(dag, residuals)))
+    return replace(program, speeds=kept if _hold(kept) else None)
 
 
 def _hold(speeds: SpeedEquations) -> bool:

@@ -23,7 +23,8 @@ def sliced_speeds(
     if speeds is None:
         return None
     dag = speeds.dag.copy()
-    replacement = dict(zip(_states(dag, values), _adopted(dag, program.dag, values), strict=True))
+    settled = zip(values, dag.adopted(program.dag, values.values()), strict=True)
+    replacement = {dag.symbol(Kind.STATE, old): node for old, node in settled}
     replacement |= {
         dag.symbol(Kind.STATE, old): dag.symbol(Kind.STATE, new) for old, new in number.items()
     }
@@ -35,18 +36,6 @@ def sliced_speeds(
     new = dag.substitute(roots, replacement)
     count = len(speeds.values)
     return _moving(dag, new[:count], new[count:])
-
-
-def _states(dag: Dag, values: Mapping[int, Node]) -> list[Node]:
-    return [dag.symbol(Kind.STATE, index) for index in values]
-
-
-def _adopted(dag: Dag, other: Dag, values: Mapping[int, Node]) -> list[Node]:
-    """Nodes of another DAG as nodes of this one."""
-    new: dict[Node, Node] = {}
-    for node in other.reachable(values.values()):
-        new[node] = dag.adopt(other, node, tuple(new[x] for x in other.operands(node)))
-    return [new[node] for node in values.values()]
 
 
 def _moving(dag: Dag, values: Sequence[Node], residuals: Sequence[Node]) -> SpeedEquations | None:
