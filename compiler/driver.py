@@ -42,6 +42,7 @@ from bgc.emission.lower import lower
 from bgc.emission.simplification import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.attempts import derive
+from bgc.equations.start.given import given_names
 from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
@@ -261,8 +262,12 @@ def _resting(program: Program, graph: FlatGraph) -> Rest:
         for k, held in enumerate(program.held)
         if not held.name.startswith(ports)
     )
-    stiffness = tuple(state.stiffness for state in program.states)
-    return Rest(momenta=tuple(momenta), sampled=tuple(sampled), stiffness=stiffness)
+    return Rest(
+        momenta=tuple(momenta),
+        sampled=tuple(sampled),
+        stiffness=tuple(state.stiffness for state in program.states),
+        given=given_names(graph, [state.name for state in program.states]),
+    )
 
 
 def build_model(

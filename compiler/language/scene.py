@@ -31,7 +31,8 @@ class Rest:
     """A start at rest: the outputs whose values are held, and the parameters that are varied.
 
     The compiled model adds `momenta`, the indices of the states that are momenta, `sampled`, the
-    values of sampled parts without those of sampled ports, and the `stiffness` of each state.
+    values of sampled parts without those of sampled ports, the `stiffness` of each state, and what
+    the model gives of it (`given`): a parameter or `q0 of spring`, empty where it gives nothing.
     """
 
     hold: tuple[str, ...] = ()
@@ -39,6 +40,7 @@ class Rest:
     momenta: tuple[int, ...] = ()
     sampled: tuple[Sampled, ...] = ()
     stiffness: tuple[float, ...] = ()
+    given: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,24 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
-from bgc.diagnostics.records import dataclass
+from bgc.printing.text_tables import Table, as_text
+
+Fixed: TypeAlias = Literal["joined", "conserved", "kept", "nearest"]
+
+_ROUNDING = 1e-9  # of a value
+_SHOWN = 3  # names in a line of the summary
 
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A state or parameter that a start at rest has changed; values in SI units."""
+    """A state or parameter that a start at rest has changed; values in SI units.
+
+    `given` is what the model gives of a state: a parameter or `q0 of spring`; empty for nothing.
+    """
 
     name: str
     unit: str
     before: float
     after: float
+    given: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """A direction that rest leaves free, named by the state that moves most, and what fixes it.
+
+    `joined`: a relation between positions, such as the stretch of a spring and the place of its
+    end; `conserved`: a quantity that no motion changes, such as trapped oil; `kept`: the state
+    stays at its start; `nearest`: it changes least.
+    """
+
+    name: str
+    fixed: Fixed
 
 
 @dataclass(frozen=True, slots=True)
 class AtRest:
-    """A start at rest.
+    """A start at rest; printed, it is a table of all of it.
 
     Attributes
     ----------
@@ -30,25 +54,61 @@ class AtRest:
         out.
     varied
         The parameters that were varied.
+    free
+        The directions that the equations of rest leave free.
     """
 
     residual: float
     moves: tuple[Move, ...]
     varied: tuple[Move, ...]
+    free: tuple[Free, ...] = ()
+
+    @property
+    def given(self) -> tuple[Move, ...]:
+        """The moves of states that the model gives, without rounding."""
+        moves = (move for move in self.moves if move.given)
+        return tuple(m for m in moves if abs(m.after - m.before) > _ROUNDING * abs(m.before))
+
+    def __str__(self) -> str:
+        moves = [
+            (m.name, f"{m.before:.6g}", f"{m.after:.6g}", f"{_change(m)}", m.given)
+            for m in (*self.moves, *self.varied)
+        ]
+        free = [(free.name, free.fixed) for free in self.free]
+        return as_text(
+            [
+                Table("Moved to rest", ("", "from", "to", "by", "given by"), tuple(moves)),
+                Table("Left free by rest", ("", "fixed"), tuple(free)),
+            ]
+        )
 
 
-def described(found: AtRest, most: int = 3) -> Iterator[str]:
-    """Yield the lines of a run's summary: the residual, the largest moves, varied parameters."""
-    moves = [
-        f"{move.name} by {move.after - move.before:.4g}{_unit(move.unit)}"
-        for move in found.moves[:most]
-    ]
-    more = len(found.moves) - len(moves)
-    shown = ", ".join(moves) + (f" and {more} more" if more else "")
+def described(found: AtRest) -> Iterator[str]:
+    """Yield the lines of a run's summary, each of a few names."""
+    shown = _listed([_moved(move) for move in found.moves])
     yield f"starts at rest, rates are zero to {found.residual:.0e}; moved {shown or 'nothing'}"
+    if found.given:
+        yield f"  given values that moved: {_listed([_moved(move) for move in found.given])}"
+    for fixed, words in (("kept", "keeps"), ("nearest", "changes least")):
+        names = [free.name for free in found.free if free.fixed == fixed]
+        if names:
+            yield f"  what rest leaves free {words}: {_listed(names)}"
     for move in found.varied:
         given, chosen = f"{move.before:.6g}", f"{move.after:.6g}{_unit(move.unit)}"
         yield f"  {move.name} = {chosen}, given as {given}"
+
+
+def _moved(move: Move) -> str:
+    return f"{move.name} by {_change(move)}"
+
+
+def _change(move: Move) -> str:
+    return f"{move.after - move.before:.4g}{_unit(move.unit)}"
+
+
+def _listed(parts: Sequence[str]) -> str:
+    more = len(parts) - _SHOWN
+    return ", ".join(parts[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 def _unit(unit: str) -> str:

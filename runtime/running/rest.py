@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene import Rest
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.rest_report import AtRest, Move
+from bgc.runtime.results.rest_report import AtRest, Fixed, Free, Move
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Undefined
-from bgc.runtime.running.rest_algebra import row_scales
+from bgc.runtime.running.rest_algebra import leading_rows, row_scales
 from bgc.runtime.running.rest_equations import require_ok
 from bgc.runtime.running.rest_search import AT_REST, RestSearch
 from bgc.runtime.running.structures import Status
 
 _TORN = 1e-6  # of a state, in its scale: relations between positions do not hold
+_KEPT = 1e-9  # of a state, in its scale: it is where it was, but for the accuracy of the search
 _UNMOVED = 1e-13  # of a state, in its scale: rounding
 
 
@@ -72,11 +75,12 @@ def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
         _refuse(search, remaining, sizes)
     if torn or not search.arrived:
         raise BgError([rest_too_far()])
+    free = _free(search)
     search.go(search.z)
     status = search.instance.restart()
     if status is not Status.OK:
         return status, None
-    return status, AtRest(worst, _moves(search), _variations(search))
+    return status, AtRest(worst, _moves(search), _variations(search), free)
 
 
 def _remaining(search: RestSearch) -> tuple[Array, Array]:
@@ -119,9 +123,27 @@ def _moves(search: RestSearch) -> tuple[Move, ...]:
             search.resting.units[k],
             float(search.start[k] * s),
             float(after[k] * s),
+            search.given_by[k] if k < len(search.given_by) else "",
         )
         for k, s in pairs
     )
+
+
+def _free(search: RestSearch) -> tuple[Free, ...]:
+    """The directions that rest leaves free at z, each by a state that stands for it.
+
+    States that are kept are named first: what is joined to them follows.
+    """
+    with suppress(Undefined):
+        search.along()
+    found: dict[int, Fixed] = {}
+    for fixed, places, motions, count in reversed(search.left_free):
+        places = np.array([k for k in places if k not in found], dtype=np.intp)
+        for k in places[leading_rows(motions[places], count)].tolist():
+            change = abs(search.z[k] - search.declared[k])
+            moved = fixed == "kept" and change > _KEPT * (1 + abs(search.declared[k]))
+            found[k] = "nearest" if moved else fixed
+    return tuple(Free(search.resting.names[k], fixed) for k, fixed in found.items())
 
 
 def _variations(search: RestSearch) -> tuple[Move, ...]:

@@ -37,6 +37,21 @@ def rank_of(values: Array, size: float) -> int:
     return int((values > largest * max(LEAST_RANK, min(1e-3, size))).sum())
 
 
+def leading_rows(matrix: Array, count: int) -> list[int]:
+    """Rows that span the others, in the order of pivoted QR: the largest part first."""
+    left, found = matrix.copy(), list[int]()
+    for _ in range(min(count, len(left))):
+        sizes = np.linalg.norm(left, axis=1)
+        k = int(np.argmax(sizes))
+        if sizes[k] == 0:
+            break
+        found.append(k)
+        along = left[k] / sizes[k]
+        left -= np.outer(left @ along, along)
+        left[k] = 0.0
+    return found
+
+
 def least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Array]:
     """The least of the best solutions of `matrix x = wanted`, and a basis of what is free.
 

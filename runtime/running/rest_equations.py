@@ -29,6 +29,7 @@ class RestEquations:
         self.held = [outputs.index(name) for name in rest.hold]
         parameters = [text(model.param[k].name) for k in range(model.n_param)]
         self.varied = [parameters.index(name) for name in rest.vary]
+        self.given_by = rest.given  # of each state, what the model gives
         self.scale = self.resting.scale
         self.start: Array = self.resting.state / self.scale
         self.given = np.array([instance.parameter(k) for k in self.varied])

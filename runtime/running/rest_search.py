@@ -39,9 +39,17 @@ from numpy.typing import NDArray
 from bgc.language.scene import Rest
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest_report import Fixed
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.relations import NEARBY, Relations, Undefined, orthonormal
-from bgc.runtime.running.rest_algebra import LEAST_RANK, least, rank_of, row_scales, svd
+from bgc.runtime.running.rest_algebra import (
+    LEAST_RANK,
+    leading_rows,
+    least,
+    rank_of,
+    row_scales,
+    svd,
+)
 from bgc.runtime.running.rest_equations import RestEquations, require_ok
 
 _ITERATIONS = 200
@@ -75,6 +83,9 @@ class RestSearch(RestEquations):
         self.stiffness[: len(rest.stiffness)] = rest.stiffness
         self.trapped = np.zeros(0, dtype=np.intp)
         self.unread = np.zeros(0, dtype=np.intp)
+        # Directions that rest leaves free: what fixes some, states that take part, their motion in
+        # all that are free then, and how many are fixed.
+        self.left_free: list[tuple[Fixed, NDArray[np.intp], Array, int]] = []
         self.begin = np.concatenate([self.start, self.given / self.of_parameters])
         self.z = self.begin
         self.rows = np.ones(0)
@@ -144,7 +155,7 @@ class RestSearch(RestEquations):
         """
         before, idle = np.inf, 0
         while self.steps_left > 0 and idle < _IDLE:
-            along = self._along()
+            along = self.along()
             if related is not None:
                 along = self._part(along, related=related)
             sizes = np.abs(along)
@@ -401,7 +412,7 @@ class RestSearch(RestEquations):
         _, values, right = svd(slope / rows[:, None])
         return right[rank_of(values, 0.0) :].T, slope, starts
 
-    def _along(self) -> Array:
+    def along(self) -> Array:
         """The step along directions that no equation restores.
 
         It leads to where the relations between positions hold, as far as held values allow, then to
@@ -409,6 +420,7 @@ class RestSearch(RestEquations):
         nearest state.
         """
         free, slope, starts = self._free()
+        self.left_free = []
         if not free.size:
             return np.zeros(len(self.z))
         away = self.z[: self.size] - self.declared
@@ -416,6 +428,7 @@ class RestSearch(RestEquations):
         kept = self._conserved(slope[: self.size, : self.size], self._changing())
         changes, off = self._unrelated(starts)
         found, others = least(changes @ free, -off)
+        self.left_free = [("joined", self.relations.rows, moved, moved.shape[1] - others.shape[1])]
         every = np.eye(self.size)
         untied = np.delete(np.arange(self.size), [*self.trapped, *self.unread])
         stored = untied[self.stiffness[untied] != 0]
@@ -424,6 +437,10 @@ class RestSearch(RestEquations):
             matrix = rows @ moved
             wanted = -rows @ away - matrix @ found
             step, left = least(matrix @ others, wanted, np.abs(moved).max(initial=0.0))
+            places = np.flatnonzero(rows.any(axis=0))
+            fixed: Fixed = "conserved" if rows is kept else "kept"
+            count = others.shape[1] - left.shape[1]
+            self.left_free.append((fixed, places, moved @ others, count))
             found, others = found + others @ step, others @ left
         along: Array = free @ found
         return along
@@ -434,18 +451,8 @@ class RestSearch(RestEquations):
         They are those whose efforts would have to change most: of a loaded cylinder the oil on the
         rod side, whose area is smaller than that of the bore.
         """
-        chosen = []
         efforts = moved[self.trapped] * (self.stiffness * self.scale)[self.trapped, None]
-        for _ in range(efforts.shape[1]):
-            sizes = np.linalg.norm(efforts, axis=1)
-            k = int(np.argmax(sizes)) if sizes.size else 0
-            if not sizes.size or sizes[k] == 0:
-                break
-            chosen.append(self.trapped[k])
-            along = efforts[k] / sizes[k]
-            efforts = efforts - np.outer(efforts @ along, along)
-            efforts[k] = 0.0
-        rows: Array = np.eye(self.size)[chosen]
+        rows: Array = np.eye(self.size)[self.trapped[leading_rows(efforts, efforts.shape[1])]]
         return rows
 
     def _unrelated(self, starts: Array) -> tuple[Array, Array]:

@@ -202,7 +202,7 @@ def test_the_summary_reports_the_start(load: Load) -> None:
     assert "starts at rest, rates are zero to" in text
     assert "pull = -19.62 N, given as 0" in text
     text = summarise(load("rest", "hanging").simulate())
-    assert "moved" in text and "place by 0.1962 m" in text
+    assert "moved" in text and "given values that moved: spring.q by 0.1962 m, place by" in text
 
 
 def test_the_command_line_starts_at_rest() -> None:
@@ -441,6 +441,10 @@ def test_trapped_oil_carries_the_load_and_given_values_stay(
     assert result["back"][0] == pytest.approx(back, rel=1e-9)
     carried = area * result["bore"] - ring * result["ring"]
     np.testing.assert_allclose(carried, load_of_rod, rtol=1e-8)
+    assert result.at_rest is not None and not result.at_rest.given
+    free = {free.name: free.fixed for free in result.at_rest.free}
+    assert [free.pop(f"axis.cylinder.chambers.q[{k}]") for k in (2, 3)] == ["kept", "kept"]
+    assert "kept" not in free.values()
 
 
 def test_slopes_by_differences_are_found_far_from_zero(tmp_path: Path) -> None:

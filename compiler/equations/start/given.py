@@ -14,9 +14,9 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import gradient
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.initial_values import GivenVariable, given_of_element
-from bgc.equations.storage.kinds import StorageElement
+from bgc.equations.storage.kinds import StorageElement, state_name
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.graph import Junction, Node
+from bgc.ir.graph import FlatGraph, Junction, Node, Storage
 from bgc.ir.program import GivenValue, ProgramState
 
 
@@ -80,3 +80,26 @@ def values_to_check(
     differences = dag.substitute([dag.sub(g.node, g.value) for g in given], start)
     pairs = zip(given, differences, strict=True)
     return tuple(g for g, difference in pairs if not fingerprints.is_zero(difference))
+
+
+def given_names(graph: FlatGraph, states: Sequence[str]) -> tuple[str, ...]:
+    """What the model gives of each state that belongs to one port, or is declared.
+
+    It is the parameter that gives the value, else the value itself. Empty for zeros and others.
+    """
+    dag = graph.dag
+    found = {state.name: (state.name, state.initial) for state in graph.states}
+    storage = [element for element in graph.elements if isinstance(element, Storage)]
+    for element, initial in ((e, i) for e in storage for i in e.initial if not i.is_default):
+        for letter in "qp":
+            name = state_name(element, letter, initial.port)
+            found[name] = f"{initial.variable}0 of {element.name}", initial.value
+
+    def given(name: str) -> str:
+        own, value = found.get(name, ("", dag.zero))
+        symbol = dag.symbol_of(value)
+        if symbol is not None and symbol.kind is Kind.PARAM:
+            return graph.parameters[symbol.index].name
+        return own if value != dag.zero else ""
+
+    return tuple(map(given, states))
