@@ -2,22 +2,12 @@
 
 import numpy as np
 import pytest
+from model_files import model_text
 from scipy.integrate import solve_ivp
 
 import bgc
 
-SOURCE = """model Top {
-  b1 : J1;
-  m1 : I(2 kg);
-  spring : C(1 m/N, q0 = 0.3 m);
-  b1 -> m1, spring;
-  tf : TRANSFORMER { f2 = COLUMN*f1; }
-  j9 : J1[2];
-  r : R[2](1 N*s/m);
-  b1 -> tf -> j9 -> r;
-}
-scene s of Top { observe sum(m1.f) as speed, sum(spring.q) as place; run 2 s every 0.1 s; }
-"""
+SOURCE = model_text("column_matrices")
 
 
 @pytest.mark.parametrize("transformer", ["MTF[1, 2]", "MTF"])

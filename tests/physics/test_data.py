@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.linalg import expm
@@ -15,25 +16,7 @@ from scipy.linalg import expm
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 
-CAR = """
-const road = data("road.csv");
-/// A quarter car over a recorded road, at a speed.
-model QuarterCar {
-  param speed = 1.3;
-  state place = 0;
-  der(place) = speed;
-  signal height : m = interpolate(road["s pos"], road.z, WHERE, OPTIONS);
-  state zu : m;
-  state zs : m;
-  state vu : m/s;
-  state vs : m/s;
-  der(zu) = vu;
-  der(zs) = vs;
-  der(vu) = (180 kN/m * (height - zu) - 20 kN/m * (zu - zs) - 1500 N*s/m * (vu - vs))/(40 kg);
-  der(vs) = (20 kN/m * (zu - zs) + 1500 N*s/m * (vu - vs))/(300 kg);
-}
-scene ride of QuarterCar { observe zs, zu, height; run 3 every 0.1; }
-"""
+CAR = model_text("data_car")
 MATRIX = np.array(
     [
         [0, 0, 1, 0],
@@ -139,19 +122,7 @@ scene s of Sum { observe x; run 100; }
         assert found == pytest.approx(exact, rel=1e-5)
 
 
-CHARACTERISTIC = """
-const valve = data("valve.csv");
-model Tank {
-  param start = 2;
-  state level = start;
-  let out = interpolate(valve.level, valve.flow, level, OPTIONS);
-  der(level) = 0.3 + out;
-  output slope = jacobian(out, level);
-  output out_flow = out;
-  output two = interpolate([0, 1, 2], [0, 1, 3], [[0, 1, 2], [2, 3, 1], [1, 1, 4]], level, out);
-}
-scene s of Tank { observe level, slope, two; run 4 every 0.5; }
-"""
+CHARACTERISTIC = model_text("data_characteristic")
 VALVE = "level,flow\n0,0\n0.5,0.1\n1,0.4\n1.5,0.6\n2,1.5\n"
 
 

@@ -1,33 +1,16 @@
 """A parameter that a run makes negative is warned of as one that is written negative."""
 
 import math
-from pathlib import Path
 
 import pytest
+from model_files import model_file
 
 import bgc
 
-SOURCE = """
-model M {
-  param R = 5 ohm;
-  param L = 2 H;
-  param E = 1 V;
-  source : Se(e = E);
-  loop : J1;
-  r : R(R);
-  i : I(L);
-  source -> loop;
-  loop -> r, i;
-}
-scene s of M { observe i.f; run 10 ms; }
-"""
-
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    path = Path(tmp_path_factory.mktemp("signs"), "signs.bg")
-    path.write_text(SOURCE)
-    return bgc.compile(path)
+def model():
+    return bgc.compile(model_file("given_signs"))
 
 
 def test_a_resistance_that_is_set_negative_is_warned_of(model):

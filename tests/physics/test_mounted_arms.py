@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 from mounted_arms import NOTHING_ALIGNED, mounted_arm
 from probe import Probe
 from published_arms import pinocchio_model
@@ -15,40 +16,7 @@ pin = pytest.importorskip("pinocchio")
 
 GRAVITY = 9.81
 STATES = 10
-OWN_JOINT = """
-import arms.link;
-
-/// Turns about x with nothing but its rate; held by nothing.
-model Hinge is Joint {
-  port base in : Frame;
-  port tip out : Frame main;
-  state angle : rad = 0.3;
-  der(angle) = free.f;
-  relative : Relative(d = zeros(3), R = rot_x(angle));
-  free : J1;
-  turn : TF { f2 = [[0], [0], [0], [1], [0], [0]]*f1; }
-  base -> relative -> tip;
-  free -> turn -> relative.motion;
-}
-
-model Tree {
-  ground : Ground;
-  a : Hinge; b : Hinge; c : Hinge;
-  m : Mount(axes = rot_y(1.57079632679), offset = [0.1, 0.2, 0]);
-  n : Mount(axes = rot_z(0.3), offset = [0.5, 0, 0.7]);
-  h : HeavyBody(mass = 3 kg, inertia = diag([1, 2, 2.5]), com = [0, 0.1, 0.2]);
-  i : HeavyBody(mass = 2 kg, inertia = diag([2, 2, 2.5]), com = [0.2, 0.4, 0]);
-  k : HeavyBody(mass = 1 kg, inertia = diag([1, 1, 1.5]), com = [0, 0.3, 0.5]);
-  s : J1; t : J1;
-  ground -> m -> a -> s -> h;
-  s -> n -> b -> t -> i;
-  t -> c -> k;
-}
-
-scene tree of Tree {
-  observe a.free.f as v0, b.free.f as v1, c.free.f as v2, energy.stored;
-}
-"""
+OWN_JOINT = model_text("mounted_arms_own_joint")
 BASES = {"ground": 5, "free": 4, "body": 4, "vessel": 103}  # base: seed
 NEARLY_RIGHT = [0, 30, 45, 90, -90, 90.1, -90.1, 0.1]
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from model_files import model_text
 from mounted_linkages import BASE_MASS, MASSES, mounted_linkage
 from refusals import refusal
 
@@ -11,27 +12,7 @@ from bgc.options import Options
 
 GRAVITY = 9.81
 # A quarter turn and back at the second pin.
-ON_A_MOUNT = """
-import arms.link;
-import mechanics.closing;
-import crane.beam;
-model M {
-  ground : Ground;
-  pin1   : Revolute(axis = -y, angle0 = 60 deg, lock = Rigid[5]);
-  crank  : Beam(length = 0.5 m, mass = 3 kg, side = 0.1 m);
-  turn   : Mount(axes = rot_x(TURN));
-  pin2   : Revolute(axis = -z, lock = Rigid[5]);
-  back   : Mount(axes = rot_x(-90 deg));
-  rod    : Beam(length = 1.5 m, mass = 4 kg, side = 0.05 m);
-  pin3   : Revolute(axis = -y, lock = Rigid[5]);
-  piston : Beam(length = 0.2 m, mass = 6 kg, side = 0.1 m);
-  anchor : Ground;
-  guide  : Prismatic(axis = x, lock = Rigid[5]);
-  weld   : Weld;
-  ground -> pin1 -> crank -> turn -> pin2 -> back -> rod -> pin3 -> piston -> weld.b;
-  anchor -> guide -> weld.a;
-}
-"""
+ON_A_MOUNT = model_text("mounted_linkages_on_a_mount")
 
 
 @pytest.mark.parametrize(("seed", "places"), [(3, 4), (102, 3)])

@@ -4,52 +4,18 @@ import math
 
 import numpy as np
 import pytest
+from model_files import model_text
 from refusals import codes_of
 from scipy.integrate import solve_ivp
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 
-ROD = """model M {
-  param play = 1;
-  state angle = 0.3;
-  der(angle) = crank.f;
-  crank : J1;
-  brake : R(5);
-  rod   : MTF { f2 = RATIO*f1; }
-  drive : Sf(f = 1);
-  crank -> brake;
-  crank -> rod -> drive;
-}
-scene s of M { observe angle, crank.f, drive.e, energy.residual; run 4 s every 0.2 s; }
-"""
+ROD = model_text("ranged_moduli_rod")
 
-POLE = """model M {
-  state x = 1;
-  der(x) = -1;
-  push : Se(e = 1);
-  lever : MTF(ratio = RATIO);
-  damper : R(1);
-  push -> lever -> damper;
-}
-scene s of M { observe damper.f; run 3 s every 0.5 s; }
-"""
+POLE = model_text("ranged_moduli_pole")
 
-SPRINGS = """model M {
-  state angle = 0.5;
-  der(angle) = 1;
-  push : Se(e = 3);
-  lever : J1;
-  left : MTF(ratio = 2 + sin(angle));
-  right : MTF(ratio = 1/sqrt(0.3 + cos(angle)^2));
-  spring : C(stiffness = 2, q0 = 0.1);
-  other : C(stiffness = 3);
-  push -> lever;
-  lever -> left -> spring;
-  lever -> right -> other;
-}
-scene s of M { observe lever.f, spring.q, other.q, energy.residual; run 4 s every 0.2 s; }
-"""
+SPRINGS = model_text("ranged_moduli_springs")
 
 
 def compiled(tmp_path, text):

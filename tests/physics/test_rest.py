@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 from refusals import refusal
 from scipy.optimize import brentq
 
@@ -366,35 +367,7 @@ def test_a_way_that_is_not_followed_to_its_end_is_an_error(load: Load, monkeypat
     assert caught.value.diagnostics[0].code == "BG773"
 
 
-TWO_LINKS = """
-import arms.cells;
-
-model TwoLinks is Arm[2] {
-  port base in : Frame;
-  port tip out : Frame main;
-  port drives[2] out;
-  param q0[2] : rad = zeros(2);
-  foot   : J1;
-  link_1 : Link(angle0 = q0[1], mass = 3 kg, origin = [0, 0, 0.3 m], axes = quarter_x,
-    com = [0.1 m, 0.05 m, 0.02 m], inertia = diag([0.02, 0.03, 0.01]));
-  link_2 : Link(angle0 = q0[2], mass = 1.2 kg, origin = [0.3 m, 0, 0], axes = quarter_x,
-    com = [0.05 m, 0.1 m, -0.04 m], inertia = diag([0.03, 0.002, 0.008]));
-  flange : Mount(offset = [0, 0, 0.1 m]);
-  base -> foot -> link_1 -> link_2 -> flange -> tip;
-  shafts : Mux[1, 1];
-  link_1.shaft, link_2.shaft -> shafts -> drives;
-  output q[2] = [link_1.angle, link_2.angle];
-}
-
-scene held of ArmCell[2] {
-  use arm = TwoLinks;
-  use arm.link_2.joint.lock = Compliant[5];
-  set q0 = [0.3, 0.5];
-  observe servo.effort as torque, arm.q as q;
-  start rest vary servo.stretch0;
-  run 10 ms;
-}
-"""
+TWO_LINKS = model_text("rest_two_links")
 
 
 def test_a_stiff_lock_does_not_hide_what_soft_servos_carry(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 from scipy.interpolate import RegularGridInterpolator
 from ships_at_speed import speed_terms
 
@@ -315,27 +316,7 @@ def test_memory_against_convolution_with_the_data(load):
     np.testing.assert_allclose(result["motion"][:, 2], -expected[:, 2], atol=1e-4)
 
 
-BARGE = """
-import marine.ship_in_sea;
-import marine.gunnerus;
-model Alone {
-  vessel : Platform = ShipInSea[1](ship = data("barge.json"));
-  none   : Se[6](e = zeros(6));
-  vessel -> none;
-}
-scene wave of Alone {
-  use vessel = ShipInSea[1](
-    ship = data("barge.json"), sea = RegularWave(height = 0.1, period = 8), rise = 2);
-  observe vessel.restoring.q as motion, vessel.deck.r as deck;
-  solver rodas5p(rtol = 1e-7);
-  run 200 s every 0.1 s;
-}
-scene gunnerus of Alone {
-  use vessel = Gunnerus;
-  observe vessel.deck.r as deck;
-  run 1 s;
-}
-"""
+BARGE = model_text("ships_barge")
 
 
 def barge() -> dict[str, object]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from model_files import model_text
 from scipy.integrate import solve_ivp
 from turned_bodies import draw_bodies
 
@@ -16,17 +17,7 @@ import bgc
 from bgc.driver import check_source
 from bgc.equations.storage import constrained_energy
 
-WIDE = """model Wide {
-  a : J1[3]; ma : I[3](2 kg); a -> ma; b : J1; mb : I(2 kg); b -> mb;
-  state z = 0.3; der(z) = a.f[3]/1 m;
-  turned : MTF[3, 1] { f2 = [[sin(z), cos(z), cos(2*z)]]*f1; }
-  a -> turned -> b;
-  c : J1[2]; mc : I[2]([1 kg, 2 kg]); c -> mc;
-  gy : MGY[3, 2] { e2 = [[sin(a.f[3]/1 m/s), 1, 2], [1, 2, 3]]*(1 N*s/m)*f1; }
-  a -> gy -> c; p : Se[2]([1 N, 2 N]); p -> c;
-}
-scene s of Wide { observe a.f, b.f, c.f, energy.residual; run 1 s every 0.1 s; }
-"""
+WIDE = model_text("turned_bodies_wide")
 
 
 def run(tmp_path, text):

@@ -2,37 +2,12 @@
 
 from __future__ import annotations
 
+from model_files import model_text
+
 from bgc.runtime.running import batches
 
 # A mass on a spring that hardens; what it is pushed by has no root before it is let go.
-OSCILLATOR = """
-model Oscillator {
-  param mass : kg = 1 kg;
-  param k : N/m = 10 N/m;
-  param limit : m = 10 m;
-  param late : s = -1 s;
-  param length : m = 1 m;
-  param period : s = 1 s;
-  param strength : N = 1 mN;
-
-  joint  : J1;
-  body   : I(mass);
-  spring : C(q0 = 1 m) { e = k*q*(1 + (q/length)^2); }
-  push   : Se(e = strength*sqrt((time - late)/period)*sin(time/period));
-  push -> joint -> body, spring;
-  assert abs(spring.q) < limit, "the spring is torn";
-}
-
-scene swing of Oscillator {
-  observe spring.q as q, body.f as v;
-  run 3 s every 0.5 s;
-}
-
-scene watched of Oscillator {
-  observe body.f as v, energy.residual as residual, spring.q as q;
-  run 3 s every 0.3 s;
-}
-"""
+OSCILLATOR = model_text("ensembles_oscillator")
 
 
 def interrupt_after(monkeypatch, after: int) -> None:

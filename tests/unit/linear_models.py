@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
@@ -15,33 +16,7 @@ from bgc.runtime.linearising.operating_point import OpenedModel
 MODELS = Path(__file__).parents[1] / "models"
 
 # Two masses between walls: f1 on the first, springs k1 k12 k2, damper d between them.
-TWO_MASSES = """
-model TwoMasses {
-  param m1 = 2 kg;
-  param m2 = 3 kg;
-  param k1 = 50 N/m;
-  param k12 = 20 N/m;
-  param k2 = 70 N/m;
-  param d = 0.3 N*s/m;
-  param F = 4 N;
-
-  push : Se(e = F);
-  left : J1;    right : J1;
-  body1 : I(m1); body2 : I(m2);
-  wall1 : C(stiffness = k1); wall2 : C(stiffness = k2);
-  between : J0; gap : J1;
-  spring : C(stiffness = k12); damper : R(d);
-
-  push -> left -> body1, wall1;
-  right -> body2, wall2;
-  left -> between -> right;
-  between -> gap -> spring, damper;
-}
-scene s of TwoMasses {
-  observe right.f as v2, spring.q as stretch;
-  run 1 s;
-}
-"""
+TWO_MASSES = model_text("linear_models_two_masses")
 M1, M2, K1, K12, K2, D = 2.0, 3.0, 50.0, 20.0, 70.0, 0.3
 
 # States in the order of the elements: p1, p2, q1, q2, q12.

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from graphs import causal_of, rlc
+from model_files import model_text
 from refusals import codes_of
 
 import bgc
@@ -40,15 +41,7 @@ def test_a_sign_slipped_in_one_equation_is_a_bug_of_ours(program, which):
         assert_power_balance(replace(program, states=tuple(states)))
 
 
-HELD = """
-model Held {
-  input speed : m/s = 0;
-  drive : Sf(f = speed); body : J1; mass : I(2 kg); spring : C(3 m/N); drag : R(5 N*s/m);
-  drive -> body -> mass, spring, drag;
-}
-scene s of Held {
-  device hand = omega; drive speed = hand.velocity[3]; observe ACCOUNT; run 1 s;
-}"""
+HELD = model_text("audit_held")
 
 
 def held(account):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from model_files import model_text
 from refusals import codes_of, refusal
 from trades import OSCILLATOR, quick, written
 
@@ -16,34 +17,9 @@ from bgc.building.cache import open_cache
 
 pytestmark = pytest.mark.slow
 
-RLC = """
-model RLC {
-  param R = 2 ohm;
-  supply    : Se(e = 5 V);
-  loop      : J1;
-  coil      : I(1 mH);
-  capacitor : C(10 uF);
-  resistor  : R(R);
-  supply -> loop;
-  loop -> coil, capacitor, resistor;
-}
-scene step of RLC {
-  observe capacitor.e as e, loop.f as i;
-  observe energy.residual as residual, energy.supplied as supplied;
-  solver cvode(rtol = 1e-9);
-  run 10 ms;
-}
-"""
+RLC = model_text("backends_rlc")
 
-BALL = """
-model Ball {
-  state x = 1;
-  state v = 0;
-  der(x) = v;
-  der(v) = -9.81 - (if x < 0 then 1e4*x else 0);
-}
-scene drop of Ball { observe x; run 2 s; }
-"""
+BALL = model_text("backends_ball")
 
 FENCED = """
 model Fenced {
@@ -54,15 +30,7 @@ model Fenced {
 scene out of Fenced { observe x; run 1 s; }
 """
 
-COUPLED = """
-model Coupled {
-  unknown z = 0;
-  state x = 1;
-  der(x) = -z;
-  equation z^3 + z = x;
-}
-scene go of Coupled { observe x; run 1 s; }
-"""
+COUPLED = model_text("backends_coupled")
 
 
 def compiled(folder, text):

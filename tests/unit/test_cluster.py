@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_file
 
 import bgc
 from bgc.building.recall import processors
@@ -28,24 +29,13 @@ zarr = pytest.importorskip("zarr")
 distributed = pytest.importorskip("distributed")
 
 # Adaptive, so that bits depend on the cases that share a batch; the stiffest springs tear.
-TEXT = """
-model M {
-  param k = 10 N/m in 0 N/m .. 1e6 N/m;
-  param mass = 1 kg in 0.1 kg .. 100 kg;
-  hub : J1; block : I(mass, f0 = 1 m/s); spring : C(stiffness = k); hub -> block, spring;
-  assert spring.q < 0.3 m, "torn";
-}
-scene s of M { observe spring.q as x, block.f as v; run 4 s every 0.1 s; }
-"""
 OBSERVE = ["max(x)", "rms(v)"]
 VARY = {"k": "5..80 N/m:50", "mass": [1.0, 1.5]}
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    path = tmp_path_factory.mktemp("cluster") / "m.bg"
-    path.write_text(TEXT)
-    return bgc.compile(path)
+def model() -> Model:
+    return bgc.compile(model_file("cluster"))
 
 
 @pytest.fixture(scope="module")

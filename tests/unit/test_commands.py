@@ -9,51 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from model_files import model_text
 
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 
-RC = """\
-/// A capacitor charged through a resistor.
-model RC {
-  param R = 2 ohm;
-  param C = 3 F in 0 F .. 10 F;
-  const stages = 1;
-
-  supply    : Se(e = 5 V);
-  loop      : J1;
-  resistor  : R(R);
-  capacitor : C(C);
-
-  supply -> loop -> resistor, capacitor;
-}
-
-scene charge of RC {
-  observe capacitor.e as voltage, loop.f as current;
-  plot voltage;
-  plot current against voltage;
-  run 6 s every 2 s;
-}
-
-scene fixed of RC {
-  observe capacitor.e;
-  solver rk4(step = 1 ms);
-  run 1 s;
-}
-"""
+RC = model_text("commands_rc")
 
 
-TRACED = """\
-model M { input x[3]; state y = 0; der(y) = x[1]; }
-scene s of M {
-  device hand = trace(file = "motion.csv");
-  drive x = hand.position;
-  observe y;
-  run 1 s;
-}
-"""
+TRACED = model_text("commands_traced")
 
 
 @pytest.fixture(scope="module")

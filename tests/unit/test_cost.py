@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 
 import bgc
 import bgc.library
@@ -24,26 +25,7 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.measuring.scene_cost import cost_report, spectral_radius
 from bgc.slicing.slicing_report import dropped_lines, folded_lines
 
-MOUNTS = """
-interface Mount[n] { port p[n] in; }
-model Spring[n] is Mount[n] {
-  port p[n] in;
-  param k = 4e6;
-  param loss = 0;
-  hub : J1; rod : C[n](stiffness = k); damper : R[n](loss);
-  p -> hub -> rod, damper;
-}
-model Stop[n] is Mount[n] { port p[n] in; held : Sf[n](f = zeros(n)); p -> held; }
-model Loose[n] is Mount[n] { port p[n] in; param k; rod : C[n](stiffness = k); p -> rod; }
-model Pair is Mount[2] { port p[2] in; rod : C[2](stiffness = 3); p -> rod; }
-model Engine {
-  mount : Mount[2] = Spring[2];
-  push : Se[2](e = [1, 0]); hub : J1; block : I[2](1); arm : I[2](1); gear : TF(2);
-  other : J1; other -> arm;
-  push -> hub -> block, mount; hub -> gear -> other;
-}
-scene s of Engine { observe block.p; run 0.1 s; solver rodas5p; }
-"""
+MOUNTS = model_text("cost_mounts")
 
 
 @pytest.fixture(scope="module")

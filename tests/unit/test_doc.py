@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from model_files import model_text
 
 import bgc.grammar
 from bgc.diagnostics.catalogue.pages import pages
@@ -28,30 +29,7 @@ from bgc.runtime.documents.method_entries import METHODS
 from bgc.values.functions import BUILTINS
 from bgc.values.units import unit_table
 
-OWN = """\
-/// What this file is for.
-
-import mechanics.lock;
-
-/// A motor. It turns.
-model Motor {
-  /// The shaft.
-  port shaft out;
-  /// Torque constant.
-  param k : N*m/A = 0.1 N*m/A in 0 N*m/A .. 1 N*m/A;
-  /// What holds it.
-  brake : Lock[1] = Rigid[1];
-  inner : Sf(f = 1);
-  inner -> shaft;
-  /* twice
-     as much */
-  let twice = 2*k; // of k
-}
-
-function double(x) = 2*x;
-
-scene spin of Motor { run 1 s; }
-"""
+OWN = model_text("doc_own")
 
 
 def bgc_doc(*arguments: object) -> Result:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 from graphs import causal_of, drawn, rlc
+from model_files import model_text
 from refusals import refusals
 
 from bgc.diagnostics.diagnostic import BgError
@@ -70,15 +71,7 @@ def test_parts_of_parts_stand_in_their_boxes():
     assert ">boom<" in text
 
 
-MODULATED = """
-model Arm { port p; state angle = 0.3; state time_scale = 1; der(angle) = joint.f;
-  joint : J1; lift : MTF { f2 = cos(angle)*f1; } tip : J1; load : I(2);
-  p -> joint -> lift -> tip -> load; der(time_scale) = 0; }
-model M { s : Se(1); j : J1; valve : MR { e = (1 + spool)*f; } state spool = 0;
-  der(spool) = j.f; wave : Se(e = sin(time)); pull : MSe(e = -a.load.p); a : Arm;
-  s -> j -> valve; wave -> j; pull -> j; j -> a.p; plain : R(2); j -> plain; }
-scene s of M { observe j.f; run 1 s; }
-"""
+MODULATED = model_text("draw_modulated")
 
 
 def drawing(tmp_path, view: View) -> str:

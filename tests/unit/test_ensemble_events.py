@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_file
 
 import bgc
 from bgc.runtime.model import Model
@@ -18,57 +19,12 @@ SCENES = Path(__file__).parents[2] / "library" / "scenes"
 # A ball that bounces on a spring and is pushed, from a time of its own on and at intervals; a stair
 # of every kind of switch, with a root that only its `if` guards; a law that nothing guards; and one
 # that comes to rest where it switches.
-SWITCHING = """
-model Ball {
-  param mass = 1 kg;
-  param stiffness = 10 kN/m;
-  param height = 1 m;
-  param late = 0.7 s;
-  ball    : I(mass);
-  weight  : Se(e = -9.81 m/s^2 * mass);
-  push    : Se(e = (if time < late then 0 else 3) + (if fmod(time, 0.31 s) < 0.1 s then 1 else 0));
-  contact : C(q0 = height) { e = if q < 0 then stiffness*q else 0; }
-  motion  : J1;
-  weight, push -> motion -> ball, contact;
-}
-
-scene ball of Ball { observe contact.q as height, ball.f as speed; run 2 s every 37.1 ms; }
-
-scene counted of Ball {
-  observe contact.q as height, energy.stored, energy.supplied;
-  run 2 s every 37.1 ms;
-}
-
-model Stair {
-  param a = 1;
-  state x = 0;
-  state y = 0;
-  der(x) = a + 0.1*floor(4*x) - 0.05*ceil(3*y) + 0.4*sign(sin(3*x));
-  der(y) = fmod(x, 0.37) - 0.3*y + (if x > 2 then (x - 2)^1.5 else 0);
-}
-
-scene stair of Stair { observe x, y; run 3 s every 37.1 ms; }
-
-model Unguarded {
-  param late = 1;
-  state x = 0;
-  der(x) = if sqrt(late - time) > 0.2 then 1 else 2;
-}
-
-scene unguarded of Unguarded { observe x; run 2 s every 0.1 s; }
-"""
+FILE = model_file("ensemble_events_switching")
 
 BALL = {
     "mass": (0.5, 2.0), "height": (0.1, 1.0), "stiffness": (3e3, 3e4), "late": (0.2, 1.8)
 }  # fmt: skip
 STAIR = {"a": (0.6, 1.5)}
-
-
-@pytest.fixture(scope="module")
-def switching(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("model") / "switching.bg"
-    path.write_text(SWITCHING)
-    return path
 
 
 def at_random(ranges: dict[str, tuple[float, float]], count: int) -> dict[str, np.ndarray]:
@@ -96,8 +52,8 @@ def distance(computed: np.ndarray, expected: np.ndarray) -> float:
 @pytest.mark.parametrize("count", [7, 9])
 @pytest.mark.parametrize("solver", ["ros34prw", "rk4"])
 @pytest.mark.parametrize(("scene", "ranges"), [("ball", BALL), ("stair", STAIR)])
-def test_fixed_steps_pass_events_as_alone_to_rounding(switching, scene, ranges, solver, count):
-    model = bgc.compile(switching, scene=scene)
+def test_fixed_steps_pass_events_as_alone_to_rounding(scene, ranges, solver, count):
+    model = bgc.compile(FILE, scene=scene)
     together, alone = both(model, at_random(ranges, count), solver=solver, step=1e-3)
     assert together.together == count
     assert distance(together.values, alone.values) < 1e-10
@@ -105,8 +61,8 @@ def test_fixed_steps_pass_events_as_alone_to_rounding(switching, scene, ranges, 
 
 @pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
 @pytest.mark.parametrize(("scene", "ranges"), [("ball", BALL), ("stair", STAIR)])
-def test_error_control_holds_through_events(switching, scene, ranges, solver):
-    model = bgc.compile(switching, scene=scene)
+def test_error_control_holds_through_events(scene, ranges, solver):
+    model = bgc.compile(FILE, scene=scene)
     values = at_random(ranges, 9)
     together, alone = both(model, values, solver=solver, rtol=1e-7)
     exact = model.simulate_many(values, solver="rodas5p", rtol=1e-11, vectorised=False).values
@@ -114,15 +70,15 @@ def test_error_control_holds_through_events(switching, scene, ranges, solver):
     assert distance(together.values, exact) < 10 * distance(alone.values, exact) + 1e-7
 
 
-def test_energy_accounts_go_on_through_events(switching):
-    model = bgc.compile(switching, scene="counted")
+def test_energy_accounts_go_on_through_events():
+    model = bgc.compile(FILE, scene="counted")
     together, alone = both(model, at_random(BALL, 6), solver="ros34prw", step=1e-3)
     assert together.together == 6
     assert distance(together.values, alone.values) < 1e-9
 
 
-def test_an_argument_that_becomes_undefined_ends_its_instance_alone(switching):
-    model = bgc.compile(switching, scene="unguarded")
+def test_an_argument_that_becomes_undefined_ends_its_instance_alone():
+    model = bgc.compile(FILE, scene="unguarded")
     late = [3.0, 1.0, 3.0, 4.0, 1.5]
     for options in ({"solver": "ros34prw", "step": 0.01}, {"rtol": 1e-6}):
         together, alone = both(model, {"late": late}, **options)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ensembles import OSCILLATOR, interrupt_after
+from model_files import model_text
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -96,21 +97,7 @@ def test_files_have_every_row_with_its_parameters(oscillator, tmp_path):
         assert list(archive["names"]) == ["q", "v"]
 
 
-TURNTABLE = """
-model Turntable {
-  param speed : rad/s = 1 rad/s;
-  param arm : m = 2 m;
-  drive  : Sf(f = speed);
-  spring : C(stiffness = 1 N*m/rad);
-  drive -> spring;
-  output axes[2, 2] = [[cos(spring.q), -sin(spring.q)], [sin(spring.q), cos(spring.q)]];
-  output tip[2] : m = [arm*cos(spring.q), arm*sin(spring.q)];
-}
-scene turning of Turntable {
-  observe axes, tip in mm as tip, spring.q in deg as angle;
-  run 1 s every 0.25 s;
-}
-"""
+TURNTABLE = model_text("ensemble_results_turntable")
 
 
 def test_an_ensemble_is_a_mapping_of_quantities_in_their_shapes(tmp_path):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from ensembles import interrupt_after
+from model_files import model_file
 
 import bgc
 from bgc.runtime.cli.app import application
@@ -20,48 +21,18 @@ pytestmark = pytest.mark.slow
 
 # Fixed steps cannot bring x to rest: beside 0 its rate has no bound. A ball that knocks on a stiff
 # wall, whose energies steps that are too long do not keep. One equation, whose values are known.
-MODELS = """
-model Root {
-  param k = 1;
-  state x = 1;
-  der(x) = -k*cbrt(x) / 1 s;
-}
-
-scene root of Root { observe x; run 20 s every 1 s; }
-
-model Knock {
-  param k = 1000 N/m;
-  ball   : I(1 kg);
-  wall   : C(q0 = 1 m) { e = if q < 0 then k*q else 0; }
-  weight : Se(e = -9.81 N);
-  loss   : R(3 N*s/m);
-  motion : J1;
-  weight -> motion -> ball, wall, loss;
-}
-
-scene knock of Knock {
-  observe ball.f as v, energy.residual as residual in mJ;
-  run 1 s every 0.1 s;
-}
-"""
+FILE = model_file("ensemble_warnings")
 STIFFNESSES = [1000.0, 1e4, 300.0, 2e4, 1e5, 10.0]
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("model") / "warned.bg"
-    path.write_text(MODELS)
-    return path
+def root() -> Model:
+    return bgc.compile(FILE)
 
 
 @pytest.fixture(scope="module")
-def root(models: Path) -> Model:
-    return bgc.compile(models)
-
-
-@pytest.fixture(scope="module")
-def knock(models: Path) -> Model:
-    return bgc.compile(models, scene="knock")
+def knock() -> Model:
+    return bgc.compile(FILE, scene="knock")
 
 
 def told(model: Model, ensemble: Ensemble, **options: float | str) -> list[list[tuple[str, str]]]:
@@ -152,11 +123,11 @@ def test_a_study_a_fit_and_an_optimisation_pass_warnings_on(root: Model, tmp_pat
     assert "BG719" in {warning.code for warning in fitted.warnings}
 
 
-def test_the_command_prints_them_and_files_hold_them(models: Path, tmp_path: Path) -> None:
+def test_the_command_prints_them_and_files_hold_them(tmp_path: Path) -> None:
     out = tmp_path / "out.npz"
     result = CliRunner().invoke(
         application,
-        ["sweep", str(models), "--vary", "k=0.01,6000,0.02,0.03", "--solver", "lie",
+        ["sweep", str(FILE), "--vary", "k=0.01,6000,0.02,0.03", "--solver", "lie",
          "--step", "100 ms", "--out", str(out), "--quiet"],
     )  # fmt: skip
     assert result.exit_code == 0

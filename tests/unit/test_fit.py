@@ -7,24 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_file
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 
-TEXT = """
-model M {
-  param mass = 2 kg in 0.1 kg .. 100 kg;
-  param k = 10 N/m in 1e-3 N/m .. 1e6 N/m;
-  param c = 0.5 N*s/m in 0 N*s/m .. 1e3 N*s/m;
-  param unused = 3;
-  hub : J1; block : I(mass, f0 = 1 m/s); spring : C(stiffness = k); damper : R(resistance = c);
-  hub -> block, spring, damper;
-}
-scene s of M { keep unused; observe spring.q in mm as x, block.f as v; solver rk4; step 20 ms;
-  run 4 s; }
-"""
+FILE = model_file("fit")
 BOUNDS = {"k": "1..1000 N/m", "c": "0..20 N*s/m"}
 TIME = np.arange(1, 61) / 15.0
 
@@ -39,15 +29,8 @@ def motion(k: float = 40.0, c: float = 1.2, mass: float = 2.0) -> tuple[np.ndarr
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("fit") / "m.bg"
-    path.write_text(TEXT)
-    return path
-
-
-@pytest.fixture(scope="module")
-def model(file: Path) -> Model:
-    return bgc.compile(file)
+def model() -> Model:
+    return bgc.compile(FILE)
 
 
 def test_known_stiffness_and_damping_are_within_their_intervals_in_the_stated_share(model):
@@ -158,14 +141,14 @@ def test_a_matched_column_replaces_the_one_of_the_observed_name(model):
     np.testing.assert_array_equal(found.recorded.values[:, 0][-len(x) :], x)
 
 
-def test_the_command_reads_units_and_prints_intervals(file, model, tmp_path):
+def test_the_command_reads_units_and_prints_intervals(model, tmp_path):
     x, v = motion()
     table = tmp_path / "run.csv"
     columns = np.column_stack((1e3 * TIME, x / 1e3, v)).tolist()
     rows = (",".join(map(repr, row)) for row in columns)
     table.write_text("time [ms],position [m],speed\n" + "\n".join(rows) + "\n")
     out, plot = tmp_path / "o.csv", tmp_path / "o.png"
-    command = ["fit", file, "--data", table, "--vary", "k=1..1000 N/m", "--vary", "c=0..20 N*s/m"]
+    command = ["fit", FILE, "--data", table, "--vary", "k=1..1000 N/m", "--vary", "c=0..20 N*s/m"]
     match = ["--match", "x=position", "--match", "v=speed", "--noise", "x=1 cm"]
     done = CliRunner().invoke(
         application, [*map(str, command), *match, "--out", str(out), "--plot", str(plot)]
@@ -177,7 +160,7 @@ def test_the_command_reads_units_and_prints_intervals(file, model, tmp_path):
     assert plot.read_bytes().startswith(b"\x89PNG")
 
 
-def test_hostile_arguments_of_the_command_end_in_a_sentence(file, tmp_path, monkeypatch):
+def test_hostile_arguments_of_the_command_end_in_a_sentence(tmp_path, monkeypatch):
     x, v = motion()
     data = tmp_path / "m.csv"
     rows = (f"{a},{b},{c}" for a, b, c in zip(TIME, x, v, strict=True))
@@ -188,7 +171,7 @@ def test_hostile_arguments_of_the_command_end_in_a_sentence(file, tmp_path, monk
     short.write_text("time,x\n1\n")
 
     def fit(*arguments: str, table: Path = data) -> str:
-        given = ["fit", str(file), "--data", str(table), *arguments]
+        given = ["fit", str(FILE), "--data", str(table), *arguments]
         done = CliRunner().invoke(application, given)
         assert done.exit_code == 1, done.output
         assert "Warning:" not in done.output and "Traceback" not in done.output
@@ -206,6 +189,6 @@ def test_hostile_arguments_of_the_command_end_in_a_sentence(file, tmp_path, monk
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Model, "fit", interrupt)
-    given = ["fit", str(file), "--data", str(data), "--vary", "k=1..9"]
+    given = ["fit", str(FILE), "--data", str(data), "--vary", "k=1..9"]
     done = CliRunner().invoke(application, given)
     assert done.exit_code == 130 and "interrupted before the estimate" in done.output

@@ -17,6 +17,7 @@ from fmpy import simulate_fmu
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
+from model_files import model_text
 from scipy.linalg import expm
 
 import bgc
@@ -36,75 +37,8 @@ from bgc.runtime.fmi.fmu_units import unit_definitions
 from bgc.runtime.results.files import write_files
 
 MODELS = Path(__file__).parents[1] / "models"
-EVERYTHING = """
-model Everything {
-  /// Stiffness of the first spring.
-  param k : N/m = 40 N/m in 1 N/m .. 1 kN/m;
-  param c : N*s/m = 3 N*s/m;
-  param start : m = 0.1 m;
-  input pull : N = 0 N;
-  input speed : m/s = 0 m/s;
-  motion : J1;
-  mass   : I(2 kg);
-  spring : C(1/k, q0 = start);
-  drag   : R(c);
-  push   : Se(pull + force);
-  hold   : Sf(speed);
-  joint  : J0;
-  grip   : C(0.05 m/N);
-  hold -> joint -> motion -> mass, spring, drag;
-  joint -> grip;
-  push -> motion;
-
-  unknown z = 1;
-  equation z^3 + z = 2 + mass.f*1 s/m;
-  state drop : m = 1 m;
-  state fall : m/s = 0 m/s;
-  state bounces = 0;
-  der(drop) = fall;
-  der(fall) = -9.81 m/s^2;
-  der(bounces) = 0;
-  when drop < 0 m {
-    reset fall = -0.7*fall;
-    reset bounces = bounces + 1;
-  }
-  sample 50 ms {
-    output force : N = -2 N*s/m*mass.f;
-  }
-  state heading[3] = [1, 0, 0];
-  der(heading) = cross([0, 0.3 s^-1, 1 s^-1], heading);
-  output where[3] : m = [spring.q, drop, z*1 m];
-}
-scene s of Everything {
-  device hand = trace(file = "motion.csv");
-  drive speed = hand.velocity[1];
-  drive hand.force = [mass.f*1 N*s/m, 0 N, 0 N];
-  observe where, bounces, heading, mass.p as momentum, energy.residual, energy.stored;
-  solver rodas5p(rtol = 1e-8);
-  run 2 s every 10 ms;
-}
-"""
-SMALL = """
-model Decay {
-  param k : N/m = 4 N/m;
-  input pull : N = 0 N;
-  input late : N = 0 N;
-  motion : J1; mass : I(1 kg, f0 = 1 m/s); spring : C(1/k); drag : R(0.5 N*s/m);
-  push : Se(pull + late);
-  push -> motion -> mass, spring, drag;
-}
-scene plain of Decay { observe mass.f as v, spring.q as q, energy.supplied as work;
-  solver rodas5p(rtol = 1e-9); run 4 s every 1/32 s; }
-scene pulled of Decay { drive late = if time < 1.5 s then 0 N else 3 N;
-  observe mass.f as v, spring.q as q;
-  solver rodas5p(rtol = 1e-9); run 4 s every 1/32 s; }
-model Explosion { state size = 1; param rate = 1 s^-1; der(size) = rate*size^2;
-  state a = 1; state b = 2;
-  equation 2*der(a) + der(b) = -a*1 s^-1;
-  equation der(a) + 3*der(b) = -b*1 s^-1; }
-scene explosion of Explosion { observe size, a, b; run 2 s; }
-scene foreign of Decay { observe mass.f; solver cvode; run 1 s; }
-"""
+EVERYTHING = model_text("fmi_everything")
+SMALL = model_text("fmi_small")
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from graphs import causal_of
+from model_files import model_text
 
 import bgc
 from bgc.algebra.dag import Op
@@ -22,23 +23,7 @@ from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
 
-ROTOR = """
-model Rotor {
-  port shaft in;
-  param inertia = 2;
-  param friction = 0;
-  param drag = 2*friction;
-  param start = 1;
-  hub : J1; body : I(inertia, p0 = start); bearing : R(friction); air : R(drag);
-  shaft -> hub -> body, bearing, air;
-}
-model Drive {
-  param torque = 1;
-  param slip = 0;
-  supply : Se(e = torque); loss : R(slip); node : J1; rotor : Rotor;
-  supply -> node -> loss, rotor;
-}
-"""
+ROTOR = model_text("fold_rotor")
 
 
 def folded(text: str, overrides: tuple[tuple[str, str], ...] = ()) -> Folding:

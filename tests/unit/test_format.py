@@ -18,7 +18,7 @@ from bgc.grammar.format import format_source
 from bgc.grammar.parse import parse, parse_with_tokens, read_source
 
 ROOT = Path(__file__).parents[2]
-MODELS = sorted([*ROOT.glob("library/**/*.bg"), *ROOT.glob("tests/models/*.bg")])
+MODELS = sorted([*ROOT.glob("library/**/*.bg"), *ROOT.glob("tests/models/**/*.bg")])
 
 UNTIDY = """\
 import   "a.bg" ;   // joints

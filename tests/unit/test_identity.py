@@ -5,22 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from model_files import model_text
 
 import bgc
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.simplifications import keep_variants, stored_variants
 from bgc.runtime.running.identity import scene_identity
 
-FOLLOWER = """
-model Follower { param k = 3; input x; state y = 0; der(y) = k*(x - y) / 1 s; }
-scene s of Follower {
-  device hand = trace(file = "hand.csv");
-  drive x = hand.position[1];
-  observe y;
-  step 10 ms;
-  run 1 s;
-}
-"""
+FOLLOWER = model_text("identity_follower")
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from model_files import model_text
 from refusals import codes_of, refusals
 
 import bgc
@@ -11,21 +12,7 @@ from bgc.driver import check_source
 from bgc.elaboration.elaborate import elaborate
 from bgc.resolution.resolve import load, load_text
 
-MODEL = """
-interface Load { port p in; }
-model Coil is Load { port p in; param L = 2; coil : I(L); p -> coil; }
-model Resistor is Load { port p in; param R = 5; r : R(R); p -> r; }
-model Circuit {
-  param voltage = 1;
-  param M[2, 2] = [[1, 0], [0, 1]];
-  input gain = 1;
-  cell : Se(gain*voltage);
-  hub : J1;
-  inner : R(1);
-  load : Load = Coil;
-  cell -> hub -> inner, load;
-}
-"""
+MODEL = model_text("inherited_scenes")
 BASE = """
 scene base of Circuit {
   set voltage = 2;

@@ -4,33 +4,15 @@ from math import nan
 
 import numpy as np
 import pytest
+from model_files import model_file
 from refusals import refusals
 
 import bgc
 
-TEXT = """
-model Lag {
-  param tau : s = 1 s;
-  input level : m = 0 m;
-  input pair[2] : N = [1, 1];
-  state x : m = 0 m;
-  der(x) = (level - x)/tau;
-}
-model Two { param far = 1; part : Lag; given : Lag(level = far*1 m); }
-scene plain of Two {
-  drive part.level = 7 m;
-  observe part.x as x, part.pair as p;
-  run 3 s every 0.1 s;
-}
-scene longer is plain { solver rodas5p(rtol = 1e-9, atol = 1e-12); }
-"""
-
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    path = tmp_path_factory.mktemp("inputs") / "a.bg"
-    path.write_text(TEXT)
-    model = bgc.compile(path, "longer", preview=True)
+def model():
+    model = bgc.compile(model_file("inputs"), "longer", preview=True)
     model.parameters["part.tau"] = 0.5
     return model
 

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from model_files import model_file
 
 import bgc
 
-MODEL = """
-model M {
-  state never = 0; state always = 0; state wave = 0; state second = 0;
-  der(never) = if time == 3 s then 1000 else 0;
-  der(always) = if 2*time != 6 s then 1 else 0;
-  der(wave) = if time == 0 then 1 else sin(time)/time;
-  der(second) = if floor(time) == 2 then 1 else 0;
-}
-scene s of M { observe never, always, wave, second; run 4 s; }
-"""
-
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory):
-    file: Path = tmp_path_factory.mktemp("instants") / "m.bg"
-    file.write_text(MODEL)
-    return bgc.compile(file)
+def model():
+    return bgc.compile(model_file("instants"))
 
 
 @pytest.mark.parametrize("options", [{}, {"solver": "ros34prw", "step": 0.01},

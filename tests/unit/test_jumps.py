@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 from parsed import items
 
 import bgc
@@ -33,15 +34,7 @@ def stages(tmp_path, text, until="slice"):
     return compile_scene(path, Options(verify=True), until=until)
 
 
-MODEL = """
-model M {
-  state x = 0;  state level = 2;  state count = 0;  state unread = 0;  state still = 5;
-  der(x) = 1;  der(level) = 0.1;  der(count) = 0;  der(unread) = 0;  der(still) = 0;
-  when x > level { reset x = still; reset unread = count; }
-  when x > 3 { reset count = count + 1; }
-}
-scene s of M { observe x; run 1 s; }
-"""
+MODEL = model_text("jumps")
 
 
 def test_slicing_keeps_what_a_reset_needs(tmp_path):

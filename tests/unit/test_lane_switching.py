@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from model_files import model_file
 
 import bgc
 from bgc.language.methods import SWITCHING, SWITCHING_FIXED
@@ -15,76 +16,18 @@ from bgc.runtime.running import batches
 
 # Oscillators of van der Pol, each of which pulls at all others, so that explicit steps cost half.
 # The first may meet a wall, and `late` becomes fast, if at all, while the run goes on.
-RING = """
-model Ring {
-  const n = 8;
-  param mu = 1;
-  param wall = 100;
-  param fast = 0;
-  param waking = 16;
-  param soft = 0.3;
-  state y[n] = [2.0, 1.5, -1.0, 0.5, -2.0, 1.0, 0.2, -0.7];
-  state v[n] = zeros(n);
-  state late = 1;
-  state clock = 0;
-  signal sines[n];
-  signal cosines[n];
-  for i in 1..n {
-    sines[i] = sin(y[i]);
-    cosines[i] = cos(y[i]);
-    der(v[i]) = (mu*(1 - y[i]^2)*v[i] - y[i]
-      + 0.05*(sum(sines)*cosines[i] - sum(cosines)*sines[i])
-      + (if i == 1 and y[1] > wall then 5*(wall - y[1]) else 0)) / 1 s;
-  }
-  der(y) = v / 1 s;
-  let rate = fast*(1 + tanh((clock - waking)/soft))/2;
-  der(late) = (rate*(cos(clock) - late) - sin(clock)) / 1 s;
-  der(clock) = 1 / 1 s;
-}
-scene s of Ring { observe y, v, late; run 20 s every 0.37 s; }
-"""
-
-ARM = """
-import arms.link;
-
-model Chain {
-  ground : Ground;
-  for i in 1..6 {
-    let across = i - 2*floor(i/2);
-    mount[i] : Mount(offset = [0.3 m, 0, 0]);
-    joint[i] : Revolute(axis = across*y + (1 - across)*z, angle0 = 0.3 rad, friction = 0.5 N*m*s,
-      lock = Rigid[5]);
-    node[i] : J1;
-    body[i] : HeavyBody(mass = 2 kg, com = [0.15 m, 0.01 m, 0.02 m],
-      inertia = diag([0.01, 0.03, 0.03]));
-    mount[i] -> joint[i] -> node[i] -> body[i];
-  }
-  ground -> mount[1];
-  for i in 2..6 {
-    node[i-1] -> mount[i];
-  }
-}
-scene hang of Chain {
-  observe joint[1].angle as first, energy.residual as rest;
-  run 1 s every 0.13 s;
-}
-"""
 
 
 @pytest.fixture(scope="module")
-def ring(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    path = tmp_path_factory.mktemp("model") / "ring.bg"
-    path.write_text(RING)
-    model = bgc.compile(path)
+def ring() -> Model:
+    model = bgc.compile(model_file("lane_switching_ring"))
     assert 0.0 < model.library.explicit_cost < 0.56
     return model
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    path = tmp_path_factory.mktemp("model") / "arm.bg"
-    path.write_text(ARM)
-    return bgc.compile(path)
+def arm() -> Model:
+    return bgc.compile(model_file("lane_switching_arm"))
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from chromium import CHROMIUM, View
 from click.testing import CliRunner
+from model_files import model_text
 from refusals import refusal
 
 import bgc
@@ -28,49 +29,7 @@ from bgc.runtime.web.content import run_settings
 from bgc.runtime.web.faults import fault_messages
 from bgc.runtime.web.page_export import LivePage, live_page
 
-MODEL = """
-model Lift {
-  input hand[3] : m;
-  param length = 2 m in 0.5 m .. 8 m;
-  param stiffness = 9.81 s^-2;
-  param limit = 100 rad/s in 0.1 rad/s .. 100 rad/s;
-  param damping = 0.3 s^-1;
-  param push = 60 m^-1*s^-2;
-  state angle = 1 rad;
-  state rate : rad/s = 0 rad/s;
-  der(angle) = rate;
-  der(rate) = -stiffness*(sin(angle) - 0.3) - damping*rate + push*hand[3];
-  assert abs(rate) < limit, "too fast";
-  signal bob[3] : m = [length*sin(angle), 0, 6 m - length*cos(angle)];
-  shape sphere(0.6 m) at bob colour "red";
-  shape handle(hand, aim = hand) at bob;
-  supply : Se(e = length*(1 V/m));
-  loop : J1;
-  wire : R(2000 ohm);
-  store : C(1 mF);
-  supply -> loop -> wire;
-  loop -> store;
-}
-/// Swings <fast>.
-scene lift of Lift {
-  device grip = trace(file = "grip.csv");
-  drive hand = grip.position;
-  observe angle, rate, bob, store.e;
-  start rest;
-  solver rodas5p(rtol = 1e-8);
-  run 5 s every 0.05 s;
-}
-scene far is lift {
-  device grip = forcedimension(id = 0);
-}
-scene other of Lift {
-  device grip = trace(file = "grip.csv");
-  drive hand = grip.position;
-  observe angle;
-  solver cvode(rtol = 1e-8);
-  run 5 s;
-}
-"""
+MODEL = model_text("live_page")
 TRACE = "time,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0.05\n3,0,0,-0.03\n"
 
 GRIP = """(() => { const g = bgcView.devices.grips[0], b = g.stage.canvas.getBoundingClientRect();

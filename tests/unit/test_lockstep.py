@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_text
 
 import bgc
 from bgc.runtime.model import Model
@@ -30,21 +31,7 @@ def alone(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarra
     return np.array([np.column_stack([run[name] for name in ensemble.names]) for run in runs])
 
 
-SWING = """
-model Swing {
-  param k : N/m = 10 N/m;
-  joint : J1;
-  body : I(1 kg);
-  spring : C(q0 = 1 m) { e = k*q*(1 + (q/1 m)^2); }
-  damper : R(0.3 N*s/m);
-  push : Se(e = 3 N * sin(time/1 s));
-  push -> joint -> body, spring, damper;
-}
-scene s of Swing {
-  observe spring.q as q, body.f as v, energy.supplied, energy.residual;
-  run 20 s every 0.37 s;
-}
-"""
+SWING = model_text("lockstep_swing")
 RUNS = [
     {"solver": "rodas5p", "rtol": 1e-4},
     {"solver": "rodas5p", "rtol": 1e-4, "step": 3.0},  # the first one

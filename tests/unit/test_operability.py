@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_file
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -17,35 +16,14 @@ from bgc.runtime.studies.operability_result import read_scatter
 
 # Closed forms: the load is height/2 times an amplification over the period, and a pitch that grows
 # with the period; a run in the highest sea of the longest period fails.
-TEXT = """
-model M {
-  param height = 2 m in 0 m .. 20 m;
-  param period = 8 s in 1 s .. 30 s;
-  param seed = 3;
-  state x : m = 0;
-  der(x) = height/2*2*pi/(10 s)*cos(2*pi*time/(10 s));
-  output load : N = (1000 N/m)*x*(1 + 0.1*(seed - 3));
-  output pitch : rad = 0.01*period/(1 s)*x/(1 m);
-  assert height*period < 59 m*s, "over";
-}
-scene s of M { observe load in kN, pitch in deg; require load < 1.75 kN;
-  require 0.14 rad > abs(pitch); solver rk4; step 0.1 s; run 10 s; }
-scene free of M { observe load; run 10 s; }
-"""
+FILE = model_file("operability")
 SEA = ("height=1..5 m:5", "period=4, 8, 12 s")
 CRITERIA = ("max(load) < 1.75 kN", "peak(pitch) < 0.14 rad")
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("operability") / "m.bg"
-    path.write_text(TEXT)
-    return path
-
-
-@pytest.fixture(scope="module")
-def model(file: Path) -> Model:
-    return bgc.compile(file)
+def model() -> Model:
+    return bgc.compile(FILE)
 
 
 def test_cells_and_limits_are_those_of_the_closed_form(model, tmp_path):
@@ -128,19 +106,19 @@ def test_bad_arguments_are_refused(model, arguments, options, code):
     assert [d.code for d in caught.value.diagnostics] == [code]
 
 
-def test_a_scene_without_limits_needs_criteria(file):
+def test_a_scene_without_limits_needs_criteria():
     with pytest.raises(BgError, match=r"BG787.* there is no criterion"):
-        bgc.compile(file, scene="free").operability(*SEA)
+        bgc.compile(FILE, scene="free").operability(*SEA)
 
 
-def test_the_command_prints_cells_and_downtime(file, tmp_path):
+def test_the_command_prints_cells_and_downtime(tmp_path):
     table, plot = tmp_path / "scatter.csv", tmp_path / "o.png"
     table.write_text("Hs,6,10\n1,60,20\n3,10,10\n")
     sea = ("--height", SEA[0], "--period", SEA[1], "--require", CRITERIA[0])
     rest = ("--scatter", table, "--plot", plot, "-q")
-    done = CliRunner().invoke(application, ["operability", *map(str, (file, *sea, *rest))])
+    done = CliRunner().invoke(application, ["operability", *map(str, (FILE, *sea, *rest))])
     assert done.exit_code == 1, done.output  # of the sea state that fails, with all results
     assert "a  max(load) < 1.75 kN" in done.output and "downtime" in done.output
     assert "5 m    *1.43 a" in done.output and plot.read_bytes().startswith(b"\x89PNG")
     lower = ("--height", "height=1, 2 m", *sea[2:], "-q")
-    assert CliRunner().invoke(application, ["operability", str(file), *lower]).exit_code == 0
+    assert CliRunner().invoke(application, ["operability", str(FILE), *lower]).exit_code == 0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_file
 from scipy.optimize import minimize
 
 import bgc
@@ -17,58 +17,19 @@ from bgc.runtime.model import Model
 from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.studies import points
 
-ABSORBER = """
-model Absorber {
-  param k : N/m = 60 N/m in 1 N/m .. 1e4 N/m;
-  param c : N*s/m = 1 N*s/m in 0 N*s/m .. 1e3 N*s/m;
-  param w : rad/s = 10 rad/s;
-  param force : N = 0 N;
-  param v : m/s = 1 m/s;
-  machine : J1; block : I(10 kg, f0 = v); base : C(stiffness = 1000 N/m);
-  drive : Se(e = force * sin(w * time));
-  small : J1; ball : I(1 kg); link : J0; mount : J1;
-  spring : C(stiffness = k); damper : R(resistance = c);
-  drive -> machine -> block, base;
-  machine -> link -> small -> ball;
-  link -> mount -> spring, damper;
-}
-scene struck of Absorber { keep force, w, v; observe base.q in mm as x; solver rk4; step 10 ms;
-  run 30 s; }
-"""
-SPRING = """
-model M {
-  param mass : kg = 2 kg in 0.1 kg .. 100 kg;
-  param k : N/m = 10 N/m in 1e-3 N/m .. 1e6 N/m;
-  param v : m/s = 3 m/s;
-  param unused = 3;
-  hub : J1; block : I(mass, f0 = v); spring : C(stiffness = k);
-  hub -> block, spring;
-  assert k < 900 N/m, "the spring breaks";
-}
-scene s of M { keep unused; observe spring.q in mm as x, spring.e as force; solver rk4; step 5 ms;
-  run 4 s; require force < 1 kN; }
-"""
+FILE = model_file("optimise_spring")
 MU = 0.1
 BOTH = {"k": "1..1000 N/m", "c": "0..100 N*s/m"}
 
 
 @pytest.fixture(scope="module")
-def absorber(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    path = tmp_path_factory.mktemp("optimise") / "absorber.bg"
-    path.write_text(ABSORBER)
-    return bgc.compile(path)
+def absorber() -> Model:
+    return bgc.compile(model_file("optimise_absorber"))
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("optimise") / "spring.bg"
-    path.write_text(SPRING)
-    return path
-
-
-@pytest.fixture(scope="module")
-def spring(file: Path) -> Model:
-    return bgc.compile(file)
+def spring() -> Model:
+    return bgc.compile(FILE)
 
 
 def test_an_absorber_after_a_blow_is_that_of_the_least_energy(absorber):
@@ -159,7 +120,7 @@ def test_a_parameter_without_influence_is_named(spring):
     assert "`unused`" in found.warnings[0].message and found["k"] == pytest.approx(90)
 
 
-def test_an_interruption_keeps_the_best_design(spring, file, monkeypatch):
+def test_an_interruption_keeps_the_best_design(spring, monkeypatch):
     run, batches = points.run_many, []
 
     def interrupted(plan, **options):
@@ -174,7 +135,7 @@ def test_an_interruption_keeps_the_best_design(spring, file, monkeypatch):
         spring.optimise({"k": "1..800 N/m"}, minimise="max(x)", require=["max(force) < 60 N"])
     found = caught.value.result
     assert not found.converged and found.objective < found.at_start
-    command = ["optimise", str(file), "--vary", "k=1..800 N/m", "--minimise", "max(x)"]
+    command = ["optimise", str(FILE), "--vary", "k=1..800 N/m", "--minimise", "max(x)"]
     done = CliRunner().invoke(application, [*command, "--require", "max(force) < 60 N"])
     assert done.exit_code == 130 and "best design" in done.output
 
@@ -204,9 +165,9 @@ def test_arguments_at_fault_are_refused(spring, vary, options, code):
     assert caught.value.diagnostics[0].help
 
 
-def test_the_command_prints_the_design_and_writes_it(file, tmp_path):
+def test_the_command_prints_the_design_and_writes_it(tmp_path):
     out, plot = tmp_path / "o.csv", tmp_path / "o.png"
-    command = ["optimise", str(file), "--vary", "k=1..800 N/m", "--minimise", "max(x)"]
+    command = ["optimise", str(FILE), "--vary", "k=1..800 N/m", "--minimise", "max(x)"]
     more = ["--require", "max(force) < 60 N", "--out", str(out), "--plot", str(plot)]
     done = CliRunner().invoke(application, [*command, *more])
     assert done.exit_code == 0, done.output

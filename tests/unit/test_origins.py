@@ -1,32 +1,16 @@
 """A value outside its range is refused by the name of the parameter that the user set."""
 
 import pytest
+from model_files import model_file
 
 import bgc
 
-TEXT = """model Inner { port p in; param m = 1 kg in 0.1 kg .. 10 kg; body : I(m); p -> body; }
-model Mid { port p in; param half = 1 kg; part : Inner(m = half); p -> part; }
-model Top {
-  param total = 4 kg;
-  param other = 0 kg;
-  s : Se(1 N); j : J1; mid : Mid(half = total/2 + other);
-  s -> j -> mid;
-}
-scene swing of Top { observe j.f; run 1 s; }
-scene heavy is swing { set total = 40 kg; }
-"""
+FILE = model_file("origins")
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    found = tmp_path_factory.mktemp("origins") / "a.bg"
-    found.write_text(TEXT)
-    return found
-
-
-@pytest.fixture(scope="module")
-def swing(path):
-    return bgc.compile(path, scene="swing")
+def swing():
+    return bgc.compile(FILE, scene="swing")
 
 
 def refused(model, **parameters):
@@ -56,6 +40,6 @@ def test_the_parameter_itself_needs_no_other_name(swing):
     assert not diagnostic.note and not diagnostic.labels
 
 
-def test_values_of_a_scene_name_all_that_they_follow_from_also_from_the_cache(path):
+def test_values_of_a_scene_name_all_that_they_follow_from_also_from_the_cache():
     for _ in range(2):  # compiled, then from the cache
-        assert "`total` and `other`" in refused(bgc.compile(path, scene="heavy")).note
+        assert "`total` and `other`" in refused(bgc.compile(FILE, scene="heavy")).note

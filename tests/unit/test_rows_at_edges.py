@@ -7,23 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from model_files import model_file
 
 import bgc
 from bgc.runtime.model import Model
 from bgc.runtime.running.rows import row_times
 
-MODEL = (
-    "model M { param edge = 0.3 s; param least = 0.3 s;"
-    " state ball : m = 1 m; der(ball) = -ball/1 s;"
-    " above : Above(source = if time > edge then 2 else 0);"
-    " reached : Above(source = if time >= least then 2 else 0);"
-    " state before = 0; der(before) = 0 Hz; when time > edge { reset before = 2; }"
-    " state after = 0; der(after) = 0 Hz; when time >= least { reset after = 2; } }"
-    "model Above { input source; state x = 0; der(x) = source*1 Hz; }"
-    "scene test of M {"
-    " observe ball, above.x, above.source, before, reached.x, reached.source, after;"
-    " run 9 s every 0.1 s; }"
-)
 METHODS: tuple[dict[str, Any], ...] = (
     {},
     {"solver": "dopri5"},
@@ -39,10 +28,8 @@ RULES: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    path = tmp_path_factory.mktemp("edges") / "edges.bg"
-    path.write_text(MODEL, encoding="utf-8")
-    return bgc.compile(path, preview=True)
+def model() -> Model:
+    return bgc.compile(model_file("rows_at_edges"), preview=True)
 
 
 def edges() -> dict[str, Any]:

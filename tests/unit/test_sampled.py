@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
+from model_files import model_text
 from parsed import items
 
 import bgc
@@ -44,22 +45,7 @@ def test_a_sample_begins_before_an_expression(head, offset):
     assert [type(inner) for inner in item.items] == [syntax.Value, syntax.Next, syntax.Value]
 
 
-MODEL = """
-model M {
-  param T : s = 10 ms;
-  state x = 1;  state y = 0;  state unread = 0;
-  der(x) = -x + u;  der(y) = x;  der(unread) = y;
-  sample T {
-    state i = 3;
-    state idle = 0;
-    next(i) = i + y;
-    next(idle) = idle + unread;
-    output u = i - x;
-  }
-  sample 2*T { output other = idle; }
-}
-scene s of M { observe x; run 1 s; }
-"""
+MODEL = model_text("sampled")
 
 
 def stages(tmp_path, text, until="slice"):
@@ -165,21 +151,7 @@ def test_a_transfer_function_has_letters_for_held_values(tmp_path):
     assert sympy.simplify(function.expression + u * x / (function.laplace + k * u)) == 0
 
 
-AT_INSTANTS = """model M {
-  param T = 0.3 in 0 .. 1;
-  param at = 0.6 in 0 .. 10;
-  let switched = [if time > at then 1 else 0, if time >= at then 1 else 0,
-              if time < at then 0 else 1, if time <= at then 0 else 1];
-  state x[4] = [0, 0, 0, 0];
-  der(x) = switched/1 s;
-  sample T*1 s {
-    state count = 0;
-    next(count) = count + 1;
-    output seen[4] = switched;
-  }
-}
-scene s of M { observe count, seen, switched, x; run 1; }
-"""
+AT_INSTANTS = model_text("sampled_at_instants")
 
 
 @pytest.mark.parametrize("options", [{}, {"solver": "dopri5"}, {"solver": "rk4", "step": 0.01},

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from model_files import model_text
 from refusals import refusal
 
 from bgc.algebra.dag import Kind
@@ -12,18 +13,7 @@ from bgc.ir.graph import FlatGraph
 from bgc.language.solver import Solver
 from bgc.resolution.resolve import load_text
 
-MODEL = """
-model Handle {
-  input x[3] : m;
-  input gain = 1;
-  param limit : N = 12 N in 0 N .. 100 N;
-  spring : C[3](stiffness = 2 N/m);
-  hand : Sf[3](f = zeros(3));
-  hand -> spring;
-  output force[3] : N = gain*spring.e;
-  output height : m = x[3];
-}
-"""
+MODEL = model_text("scenes")
 
 
 def scene(items: str, **sets: str) -> FlatGraph:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_file, model_text
 
 import bgc
 from bgc.diagnostics.source import Source
@@ -53,32 +54,6 @@ def test_all_of_a_statement_is_read():
 
 # --- poses ----------------------------------------------------------------------------------
 
-CRANE = """
-import crane.driven;
-import crane.hanging;
-model Rig {
-  ground : Ground(r0 = [1 m, -2 m, 0.5 m], angles0 = [0.1, -0.2, 0.7]);
-  crane  : DrivenCrane(command = [0.5, 0.2, -0.3]);
-  load   : HangingLoad(length = 5 m, radius = 0.7 m, angles0 = [0.3, 0.1, 0]);
-  ground -> crane -> load;
-  param flag = 2 m;
-  shape sphere(0.1 m) at [flag, 0, 1 m];
-  shape arrow(load.frame.F, scale = 1e-4) at load.frame;
-  shape handle([0, 0, 1 m]) at crane.tip.r;
-  shape box(1 m, 1 m, 2 m) at crane.boom.tip, rot_y(0.4) colour "#A0B0C0";
-}
-scene s of Rig {
-  use crane.pedestal.lock = Rigid[5];
-  use crane.shoulder.lock = Rigid[5];
-  use crane.elbow.lock = Rigid[5];
-  use load.swivel.lock = Rigid[3];
-  observe crane.pedestal.angle as slew, crane.shoulder.angle as luff, crane.elbow.angle as fold;
-  observe load.swivel.attitude.A as swing;
-  solver rodas5p(rtol = 1e-6);
-  run 3 s every 0.5 s;
-}
-"""
-
 
 def turn(axis: str, angle: float) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
@@ -116,10 +91,8 @@ def forward(slew: float, luff: float, fold: float, swing: np.ndarray, flag: floa
 
 
 @pytest.fixture(scope="module")
-def crane(tmp_path_factory):
-    path = tmp_path_factory.mktemp("shapes") / "crane.bg"
-    path.write_text(CRANE, "utf-8")
-    return bgc.compile(path)
+def crane():
+    return bgc.compile(model_file("shapes_crane"))
 
 
 @pytest.fixture(scope="module")
@@ -264,54 +237,7 @@ def test_a_mesh_is_looked_for_beside_its_file(tmp_path):
 
 # --- the library ----------------------------------------------------------------------------
 
-SHOWN = """
-import crane.session;
-import crane.knuckle_boom;
-import crane.hanging;
-import arms.link;
-import mechanics.flexible;
-import mechanics.pairs;
-import mechanics.solids;
-model Pairs {
-  base  : Ground;
-  rod   : CylindricalJoint;
-  nut   : ScrewJoint;
-  table : Planar;
-  cross : Universal;
-  plank : SectionBeam(axis = x, length = 1 m, section = Rectangle);
-  frame : SectionBeam(axis = x, length = 1 m, section = BoxSection);
-  pipe  : SectionBeam(axis = x, length = 1 m, section = TubeSection);
-  rail  : SectionBeam(axis = x, length = 1 m, section = ISection);
-  boom  : FlexibleBeam[2](axis = x, length = 4 m);
-  base -> rod -> plank -> nut -> frame -> table -> pipe -> cross -> rail -> boom;
-  hub  : J1;
-  boom -> hub;
-  block : SolidBox;
-  drum  : SolidCylinder;
-  ball  : SolidSphere;
-  hub -> block, drum, ball;
-}
-model Others {
-  quay   : OsvAtRest;
-  link   : Link(mass = 5 kg, origin = [0, 0, 0.3 m], inertia = eye(3));
-  slide  : Prismatic;
-  load   : HangingLoad;
-  quay -> link -> slide -> load;
-  motor  : Se(0);
-  motor -> link.shaft;
-  sailing : OsvSeakeeping;
-  ball    : Payload;
-  sailing -> ball;
-}
-scene session of Session { observe crane.reach; }
-scene swell of Session {
-  use vessel = OsvInSwell;
-  use crane = KnuckleBoomCrane;
-  observe crane.reach;
-}
-scene others of Others { observe load.ball.centre; }
-scene pairs of Pairs { observe boom.deflection; }
-"""
+SHOWN = model_text("shapes_shown")
 
 
 def test_all_shapes_of_the_library_are_valid():

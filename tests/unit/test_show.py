@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from model_files import model_text
 
 from bgc.driver import compile_scene
 from bgc.options import Options
@@ -11,20 +12,7 @@ from bgc.printing.stages import show_pass as shown
 
 MODELS = Path(__file__).parents[1] / "models"
 
-WIDE = """
-model Wide {
-  push : Se[3](e = [1, 2, 3]);
-  hub  : J1;
-  body : I[3](2 kg);
-  drag : R[2](4);
-  push -> hub -> body;
-  hub[2..3] -> drag;
-}
-scene s of Wide {
-  observe body.f;
-  run 1 s;
-}
-"""
+WIDE = model_text("show_wide")
 
 
 def show_pass(name: Pass, path: Path, options: Options) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import model_file
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -29,49 +29,12 @@ from bgc.runtime.view.scene_description import describe_model
 from bgc.values.shown_units import Shown
 from bgc.values.units import Written, parse_unit, shown_of, si_symbol, times_seconds
 
-TEXT = """
-domain Oil { effort pressure : bar; flow rate : L/min; }
-domain Shaft { effort torque : N*m; flow speed : rad/s; }
-model Pump { port out out : Oil; param supply = 200 bar in 0 bar .. 350 bar;
-             source : Se(supply); source -> out; }
-model Tank { port inlet in : Oil; j : J1; oil : C(5e-11 m^3/Pa); pipe : R(10 bar*min/L);
-             inlet -> j -> oil, pipe; output level = oil.e; }
-model Wheel { port p in : Shaft; node : J1; body : I(3 kg*m^2); p -> node -> body; }
-model Rig {
-  pump : Pump; tank : Tank; pump -> tank;
-  drive : Se(5 N*m); wheel : Wheel; drive -> wheel;
-  loose : I(2 kg*m^2); spin : Se(3 N*m); spin -> loose;
-  param rest = 30 deg;
-  param constant = 0.5 N*m/A;
-  state angle : deg = rest;
-  der(angle) = -angle * 1 s^-1;
-  output pressure : bar = tank.level;
-  output higher = tank.level + 1 bar;
-  output back = -angle;
-}
-scene s of Rig {
-  observe pressure, higher, back, tank.inlet.rate, wheel.body.f, wheel.body.e, loose.f, loose.p;
-  observe angle in deg, angle as turned in mrad, wheel.node.f in rpm as speed, energy.stored;
-  observe [angle, 2*angle] as pair in deg, energy.supplied in kWh, energy.residual in mJ;
-  observe energy.stored in mJ as kept;
-  plot angle, pair;
-  plot pressure, higher;
-  require pressure within 0.1 bar;
-  run 1 s;
-}
-"""
+FILE = model_file("shown")
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory) -> Path:
-    file = tmp_path_factory.mktemp("shown") / "rig.bg"
-    file.write_text(TEXT, "utf-8")
-    return file
-
-
-@pytest.fixture(scope="module")
-def model(path) -> Model:
-    return bgc.compile(path)
+def model() -> Model:
+    return bgc.compile(FILE)
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +101,7 @@ def test_parameters_are_in_units_as_written(model):
         model.simulate(parameters={"pump.supply": "400 bar"})
 
 
-def test_other_tables_are_in_units_as_written(model, path):
+def test_other_tables_are_in_units_as_written(model):
     linear = model.linearise()
     (point, *_) = linear_tables(linear, full=True)
     assert ("angle", "30", "deg") in point.rows
@@ -155,16 +118,16 @@ def test_other_tables_are_in_units_as_written(model, path):
     assert quantity.required and quantity.shown.text(quantity.scale) == "0.1 bar"
 
 
-def test_ensembles_and_warm_starts_keep_the_units(model, path):
+def test_ensembles_and_warm_starts_keep_the_units(model):
     ensemble = model.simulate_many({"rest": [0.1, 0.2]}, vectorised=False)
     assert ensemble.shown["pressure"] == Shown("bar", 1e5)
-    warm = load_as(Model, path, Options(), {})
+    warm = load_as(Model, FILE, Options(), {})
     assert warm.warm and warm.simulate().shown_in("pressure") == Shown("bar", 1e5)
     assert warm.parameters["rest"].shown.text(math.pi / 6) == "30 deg"
 
 
-def test_an_output_can_be_asked_for_by_its_plain_name(path):
-    opened = open_scene(path, Options(), (), ("turned", "speed [rpm]"))
+def test_an_output_can_be_asked_for_by_its_plain_name():
+    opened = open_scene(FILE, Options(), (), ("turned", "speed [rpm]"))
     assert [(o.name, o.unit) for o in opened.program.observations] == [
         ("turned", "rad"),
         ("speed [rpm]", "rpm"),
@@ -207,8 +170,8 @@ def test_accounts_are_in_their_units_wherever_rows_are_read(model, result, tmp_p
     np.testing.assert_allclose(back[0, places], rows[0, places], rtol=1e-15)
 
 
-def test_accounts_of_an_fmu_are_in_joules_with_a_unit_of_display(path):
-    found = {v.name: v for v in prepare_model(path, Options(), 2).table.of("account")}
+def test_accounts_of_an_fmu_are_in_joules_with_a_unit_of_display():
+    found = {v.name: v for v in prepare_model(FILE, Options(), 2).table.of("account")}
     assert {name: (v.unit, v.causality, v.shown) for name, v in found.items()} == {
         "energy.stored": ("J", "output", None),
         "energy.supplied": ("J", "output", Shown("kWh", 3.6e6)),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_file
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -21,28 +21,13 @@ from bgc.runtime.running import batches, partial_ensemble
 from bgc.runtime.running.csv_tables import read_cases
 from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis
 
-TEXT = """
-model M {
-  param mass = 1 kg in 0 kg .. 100 kg;
-  param k = 10 N/m in 0 N/m .. 1e6 N/m;
-  hub : J1; block : I(mass, f0 = 1 m/s); spring : C(stiffness = k); hub -> block, spring;
-  assert spring.q < 0.9 m, "torn";
-}
-scene s of M { observe spring.q in mm as x, block.f as v; solver rk4; step 10 ms; run 4 s; }
-"""
+FILE = model_file("study")
 ISHIGAMI = 2 * np.pi  # Ishigami and Homma's function of three angles from -pi to pi
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("study") / "m.bg"
-    path.write_text(TEXT)
-    return path
-
-
-@pytest.fixture(scope="module")
-def model(file: Path) -> Model:
-    return bgc.compile(file)
+def model() -> Model:
+    return bgc.compile(FILE)
 
 
 def test_observables_are_those_of_the_run_and_failures_are_kept(model):
@@ -184,10 +169,10 @@ def run(*arguments: object):
     return CliRunner().invoke(application, ["sweep", *map(str, arguments)])
 
 
-def test_the_command_equals_the_method_and_draws(file, model, tmp_path):
+def test_the_command_equals_the_method_and_draws(model, tmp_path):
     out, plot = tmp_path / "o.csv", tmp_path / "o.png"
     vary = ("--vary", "mass=1..3 kg:3", "--vary", "k=20, 30, 40 N/m")
-    done = run(file, *vary, "--observe", "max(x)", "--rank", "--out", out, "--plot", plot)
+    done = run(FILE, *vary, "--observe", "max(x)", "--rank", "--out", out, "--plot", plot)
     assert done.exit_code == 0, done.output
     assert plot.read_bytes().startswith(b"\x89PNG")
     assert "statistics over 9 runs" in done.output and "influence" in done.output
@@ -200,11 +185,11 @@ def test_the_command_equals_the_method_and_draws(file, model, tmp_path):
         assert study.plot(kind=kind).axes
     for wrong in (("--rank",), ("--design", "saltelli"), ("--observe", "max(x)", "--sample", 4)):
         extra = ("--cases", out) if wrong[0] == "--observe" else ()
-        refused = run(file, *vary, *wrong, *extra, "--out", tmp_path / "w.csv")
+        refused = run(FILE, *vary, *wrong, *extra, "--out", tmp_path / "w.csv")
         assert refused.exit_code in (1, 2) and not (tmp_path / "w.csv").exists()
 
 
-def test_reports_that_do_not_fit_are_refused_before_the_runs(file, model, tmp_path, monkeypatch):
+def test_reports_that_do_not_fit_are_refused_before_the_runs(model, tmp_path, monkeypatch):
     def never(*args: object, **kwargs: object) -> None:
         raise AssertionError("it runs")
 
@@ -216,7 +201,7 @@ def test_reports_that_do_not_fit_are_refused_before_the_runs(file, model, tmp_pa
         ((*vary, "--rank"), "8 runs or more"),
         ((*vary, "--kind", "map"), "--kind needs --plot"),
     ):
-        done = run(file, *arguments)
+        done = run(FILE, *arguments)
         assert done.exit_code in (1, 2) and wanted in done.output, done.output
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from model_files import model_text
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -15,17 +16,7 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis, read_range
 from bgc.runtime.running.parameters import Parameters
 
-TEXT = """
-interface Mount { port p in; }
-model Soft is Mount { port p in; spring : C(stiffness = 4 N/m); p -> spring; }
-model Stiff is Mount { port p in; spring : C(stiffness = 16 N/m); p -> spring; }
-model M {
-  param mass = 1 kg in 0 kg .. 100 kg;
-  param v0 = 1 m/s;
-  block : I(mass, f0 = v0); hub : J1; mount : Mount = Soft; hub -> block, mount;
-}
-scene s of M { observe block.f as v; run 1 s; }
-"""
+TEXT = model_text("sweep")
 
 
 @pytest.fixture

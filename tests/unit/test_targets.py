@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import ZIGLANG, find_toolchain
@@ -24,24 +25,7 @@ TARGETS = (
     "aarch64-macos",
     "x86_64-windows-gnu",
 )
-MODEL = """
-model M {
-  input v : m/s = 0 m/s;
-  push : Sf(f = v);
-  motion : J1;
-  drag : R { e = max(0 N, 2 N*s/m * f); }
-  mass : C(1);
-  push -> motion -> drag, mass;
-  unknown z = 1;
-  equation z^3 + z = 2 + time;
-}
-scene s of M {
-  device hand = trace(file = "motion.csv");
-  drive v = hand.velocity[1];
-  observe drag.e, z, energy.residual;
-  run 1 s;
-}
-"""
+MODEL = model_text("targets")
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from model_files import model_text
 from trades import codes, quick, written
 
 import bgc
@@ -12,20 +13,7 @@ from bgc.runtime.trade.trade_tables import unfinished
 
 pytestmark = pytest.mark.usefixtures("measured")
 
-FOLLOWER = """
-model Follower {
-  input x : m = 0 m;
-  state y : m = 0 m;
-  der(y) = (x - y) / 0.1 s;
-}
-scene s of Follower {
-  device hand = trace(file = "hand.csv");
-  drive x = hand.position[1];
-  observe y;
-  step 10 ms;
-  run 1 s every 10 ms;
-}
-"""
+FOLLOWER = model_text("trade_devices_follower")
 
 
 def test_all_steps_that_divide_the_scenes_see_the_same_samples(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from model_files import model_text
 from trades import legend_of, quick, written
 
 import bgc
@@ -17,17 +18,7 @@ from bgc.runtime.trade.work_precision import plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
-MOUNTED = """
-interface Mount { port p in; }
-model Soft is Mount { port p in; spring : C(stiffness = 4 N/m); p -> spring; }
-model Stiff is Mount { port p in; spring : C(stiffness = 4.04 N/m); p -> spring; }
-model Pair {
-  left : Mount = Soft; right : Mount = Soft;
-  push : Se(e = 1 N); one : J1; block : I(1 kg);
-  push -> one; one -> block, left, right;
-}
-scene s of Pair { observe block.f as v; require v within 1 mm/s; run 2 s; }
-"""
+MOUNTED = model_text("trade_variants_mounted")
 
 
 def test_variants_are_measured_against_the_scene_as_it_is(tmp_path: Path) -> None:

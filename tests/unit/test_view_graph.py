@@ -10,6 +10,7 @@ from pathlib import Path
 import aiohttp
 import numpy as np
 import pytest
+from model_files import model_file
 from view_server import address, home, serving
 
 import bgc
@@ -31,41 +32,17 @@ from bgc.runtime.view.protocol import read_command
 from bgc.runtime.view.scene_description import describe_model
 from bgc.runtime.view.server import Server
 
-MODEL = """
-interface Load { port p in; }
-model Heater is Load { port p in; param R = 5 ohm; r : R(R); p -> r; }
-model Coil is Load { port p in; param L = 1 H; param R = 5 ohm; one : J1; l : I(L); r : R(R);
-  p -> one -> l, r; }
-model Circuit {
-  param volts = 10 V in 1 V .. 100 V;
-  supply : Se(e = volts);
-  loop   : J1;
-  wire   : R(2 ohm);
-  store  : C(1 mF);
-  load   : Load = Heater;
-  supply -> loop -> wire;
-  loop -> store;
-  loop -> load;
-}
-scene circuit of Circuit { observe store.e, loop.f; run 10 s every 0.1 s; }
-"""
+FILE = model_file("view_graph")
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("graph") / "circuit.bg"
-    path.write_text(MODEL, "utf-8")
-    return path
+def found():
+    return graphs.graph_of_scene(FILE, Options())
 
 
 @pytest.fixture(scope="module")
-def found(file):
-    return graphs.graph_of_scene(file, Options())
-
-
-@pytest.fixture(scope="module")
-def model(file):
-    return bgc.compile(file, shapes=True, preview=True)
+def model():
+    return bgc.compile(FILE, shapes=True, preview=True)
 
 
 def test_a_graph_has_strokes_reasons_lines_and_slots(found):
@@ -77,7 +54,7 @@ def test_a_graph_has_strokes_reasons_lines_and_slots(found):
     assert supply["line"]["text"] == "supply -> loop -> wire;"
     assert graph["parts"]["load"]["model"] == "Heater"
     assert graph["parts"]["load"]["line"] == {
-        "file": "circuit.bg", "number": 12, "text": "load   : Load = Heater;"
+        "file": FILE.name, "number": 18, "text": "load   : Load = Heater;"
     }  # fmt: skip
     assert graph["elements"]["store"]["kind"] == "C"
     assert graph["slots"] == [
@@ -90,12 +67,12 @@ def test_a_graph_has_strokes_reasons_lines_and_slots(found):
     assert sorted(b for edge in whole["edges"] for b in edge["bonds"]) == list(range(len(names)))
 
 
-def test_without_graphviz_a_layout_of_its_own(file, found, monkeypatch):
+def test_without_graphviz_a_layout_of_its_own(found, monkeypatch):
     def missing(text, kind):
         raise BgError([dot_missing()])
 
     monkeypatch.setattr(graphs, "lay_out", missing)
-    causal = compile_scene(file, Options(), until="causality").causal
+    causal = compile_scene(FILE, Options(), until="causality").causal
     (alone,) = graphs.describe_graph(causal)["layouts"]
     (drawn,) = found.description["layouts"]
     assert [n["path"] for n in alone["nodes"]] == [n["path"] for n in drawn["nodes"]]
@@ -171,14 +148,14 @@ def script(monkeypatch):
 
 
 @pytest.fixture
-def played(model, file):
+def played(model):
     def prepare(other: LoadedModel) -> Prepared:
         run = LiveRun(other, method_of(other)[0], {})
-        return Prepared(run, describe_model(other, file.name), [])
+        return Prepared(run, describe_model(other, FILE.name), [])
 
     seen = Seen()
     prepared = prepare(model)
-    exchange = Exchange(file, Options(shapes=True), prepare)
+    exchange = Exchange(FILE, Options(shapes=True), prepare)
     player = Player(prepared.run, seen, exchange=exchange)
     player.start(prepared.run.reset())
     yield player, seen
@@ -215,17 +192,17 @@ def test_a_graph_of_edited_files_is_not_that_of_the_run(played, found, monkeypat
     assert player.state["busy"] == "" and player._graph is None
 
 
-def test_a_page_that_is_killed_while_a_part_is_exchanged_leaves_the_run(file, model, script):
+def test_a_page_that_is_killed_while_a_part_is_exchanged_leaves_the_run(model, script):
     """The model arrives at the pages that are left, and at those that come later."""
     waiting = []
 
     def prepare(other: LoadedModel) -> Prepared:
         run = LiveRun(other, method_of(other)[0], {})
-        return Prepared(run, describe_model(other, file.name), [])
+        return Prepared(run, describe_model(other, FILE.name), [])
 
     prepared = prepare(model)
     server = Server(prepared.description, [])
-    exchange = Exchange(file, Options(shapes=True), prepare)
+    exchange = Exchange(FILE, Options(shapes=True), prepare)
     exchange._aside.ask = lambda request, done: waiting.append(done)
     player = Player(prepared.run, server.publish, exchange=exchange)
     server.attach(player)
@@ -243,7 +220,7 @@ def test_a_page_that_is_killed_while_a_part_is_exchanged_leaves_the_run(file, mo
         killed._response.connection.transport.abort()  # no closing message
         while len(server._clients) > 1:
             await asyncio.sleep(0.01)
-        waiting[0](Answer(load_or_compile(file, Options(shapes=True, preview=True))))
+        waiting[0](Answer(load_or_compile(FILE, Options(shapes=True, preview=True))))
         later = await session.ws_connect(address(server, "/ws"), headers=home(server))
         for client in (stays, later):
             state, models = {}, []

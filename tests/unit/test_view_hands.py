@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from model_files import model_text
 from refusals import refusal
 from view_server import address, home, serving
 
@@ -20,30 +21,7 @@ from bgc.runtime.view.protocol import read_command
 from bgc.runtime.view.scene_description import describe_model
 from bgc.runtime.view.server import Server
 
-MODEL = """
-model Reach {
-  input left[3] : m;
-  input right[3] : m;
-  input grip;
-  input turn[4];
-  state x[3] : m = zeros(3);
-  der(x) = left/(1 s);
-  let angle = 2*atan2(turn[4], turn[1]);
-  shape handle(right);
-  shape handle(left, force = x*(1 N/m), aim = -x) at x;
-}
-scene reach of Reach {
-  device one = trace(file = "motion.csv");
-  device two = gamepad(reach = 8 cm);
-  drive left = [one.position[1], 0, one.position[3]];
-  drive right = two.position;
-  drive grip = one.buttons[2];
-  drive turn = one.orientation;
-  observe x, grip, angle;
-  step 10 ms;
-  run 10 s every 0.5 s;
-}
-"""
+MODEL = model_text("view_hands")
 
 
 @pytest.fixture(scope="module")

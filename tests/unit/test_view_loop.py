@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from model_files import model_text
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -12,32 +13,7 @@ from bgc.runtime.running.device_drivers import read_choices
 from bgc.runtime.view import aside
 from bgc.runtime.view.loop_view import LoopFollower
 
-MODEL = """
-interface Part { port p in; }
-model Light is Part { port p in; m : I(1 kg); p -> m; }
-model Heavy is Part { port p in; m : I(2 kg); p -> m; }
-model Pushed {
-  input x[3] : m;
-  param gain = 1 N/m in 0 N/m .. 9 N/m;
-  param most = 100 m/s;
-  push : Se(e = gain*x[1]);
-  body : J1;
-  load : Part = Light;
-  push -> body -> load;
-  state place : m = 0 m;
-  der(place) = body.f;
-  assert body.f < most, "too fast";
-  shape sphere(0.1 m) at [place, 0, 0];
-  shape handle(x) at [place, 0, 0];
-}
-scene pushed of Pushed {
-  device hand = trace(file = "hand.csv");
-  drive x = hand.position;
-  observe x[1] as x, push.e as force, body.f as speed;
-  step 1 ms;
-  run 60 s;
-}
-"""
+MODEL = model_text("view_loop")
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
@@ -18,35 +19,8 @@ from bgc.runtime.view.mode_shapes import record_modes
 from bgc.runtime.view.recording import Recording
 
 # Two equal masses between walls on three springs k, k and k: one of the books' examples.
-PAIR = """
-model Pair {
-  param k : N/m = 100 N/m;
-  left : J1; right : J1; link : J0;
-  block1 : I(1 kg); block2 : I(1 kg);
-  spring1 : C(stiffness = k); spring2 : C(stiffness = k); spring3 : C(stiffness = k);
-  left -> block1, spring1;
-  right -> block2, spring3;
-  left -> link -> right;
-  link -> spring2;
-  shape box(0.4 m, 0.4 m, 0.4 m) at [1 m + spring1.q, 0, 0.2 m] colour "blue";
-  shape box(0.4 m, 0.4 m, 0.4 m) at [2 m + spring3.q, 0, 0.2 m] colour "red";
-}
-scene pair of Pair { observe spring1.q as x; run 2 s every 0.1 s; }
-scene bare of Bare { observe y; run 1 s; }
-model Bare { state y = 1; der(y) = -y/(1 s); shape sphere(1 m); }
-"""
-PENDULUM = """
-model Pendulum {
-  state angle = 0.3 rad;
-  state rate : rad/s = 0 rad/s;
-  der(angle) = rate;
-  der(rate) = -9.81 s^-2 * sin(angle) - 0.2 s^-1 * rate;
-  shape box(0.1 m, 0.1 m, 1 m) at [0, 0, 0], [
-    [cos(angle), 0, -sin(angle)], [0, 1, 0], [sin(angle), 0, cos(angle)]
-  ];
-}
-scene hanging of Pendulum { observe angle; run 2 s every 0.1 s; }
-"""
+PAIR = model_text("view_modes_pair")
+PENDULUM = model_text("view_modes_pendulum")
 
 
 def modes_of(text: str, folder: Path, at=None, **options) -> Recording:

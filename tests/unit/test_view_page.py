@@ -7,40 +7,13 @@ from pathlib import Path
 
 import pytest
 from chromium import CHROMIUM, View
+from model_files import model_text
 
 BGC = (sys.executable, "-c", "from bgc.runtime.cli import main; main()")
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
-MODEL = """
-model Lift {
-  param length = 2 m in 0.5 m .. 8 m;
-  param stiffness = 9.81 s^-2;
-  param limit = 100 rad/s in 0.1 rad/s .. 100 rad/s;
-  state angle = 1 rad;
-  state rate : rad/s = 0 rad/s;
-  der(angle) = rate;
-  der(rate) = -stiffness*sin(angle);
-  assert abs(rate) < limit, "too fast";
-  signal bob[3] : m = [length*sin(angle), 0, 6 m - length*cos(angle)];
-  signal top[3] : m = [0, 0, 6 m];
-  signal foot[3] : m = [0, 2 m, 0];
-  shape sphere(0.6 m) at bob colour "red";
-  shape rope(paid = length + 1 m) from top to bob;
-  shape ram(0.1 m, 3 m) from foot to top;
-  shape hull(12 m, 4 m, 3 m) at [0, 3 m, 0] colour "navy";
-  shape arrow([0, 0, -1 N]) at bob;
-  shape handle([rate*0.01 m*s, 0, 0]);
-  shape sea([[0.2 m, 1, 0, 0]]);
-}
-scene lift of Lift {
-  observe angle, rate, bob;
-  plot rate against angle;
-  plot angle;
-  plot angle, rate, bob;
-  run 5 s every 0.05 s;
-}
-"""
+MODEL = model_text("view_page")
 
 
 # How many plots a frame of 16 ms and one of 500 ms draw where the panel is high enough for all.
@@ -214,25 +187,7 @@ def test_a_recorded_run_is_replayed_and_kept_as_one_file(browser, folder):
         alone.close(("file://",))
 
 
-HAND = """
-model Arm {
-  input x[3] : m;
-  state tip[3] : m = [0, 0, 2 m];
-  der(tip) = 20*x/(1 s);
-  signal weight[3] : N = [0, 0, -20*(tip[3] - 2 m)*(1 N/m)];
-  shape sphere(0.3 m) at tip;
-  shape sphere(3 m) at [0, 9 m, 0];
-  shape mesh("bad.glb") at [0, 9 m, 0];
-  shape handle(x, force = weight, aim = x) at tip;
-}
-scene arm of Arm {
-  device hand = trace(file = "still.csv");
-  drive x = hand.position;
-  observe tip, x;
-  step 5 ms;
-  run 60 s every 0.05 s;
-}
-"""
+HAND = model_text("view_page_hand")
 
 
 def test_modes_are_listed_and_swing_the_shapes(browser, folder):

@@ -4,26 +4,12 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 
 import bgc
 from bgc.runtime.cli.app import application
 
-ODD = """
-model Odd {
-  supply : Se(e = 5 V);
-  loop : J1;
-  coil : I(1 mH);
-  param r = -2 ohm;
-  loss : R(r);
-  supply -> loop;
-  loop -> coil, loss;
-}
-scene s of Odd {
-  observe loop.f;
-  require loop.f within 1 A;
-  run 1 ms;
-}
-"""
+ODD = model_text("warnings_odd")
 COMMANDS = [
     "activity",
     "bode --input supply.e --output loop.f",

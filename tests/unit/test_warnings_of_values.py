@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from model_files import model_text
 
 import bgc
 from bgc.runtime.cli.app import application
@@ -15,34 +16,7 @@ from bgc.runtime.model import Model
 
 # A pole of the spring at q = 1, behind which a step of 0.1 s ends, and a state that falls below its
 # tolerance and grows by an instability of its own.
-SCENES = """
-model Wall {
-  param loss = 0.001;
-  state q = 0;
-  state v = 1;
-  rub : R(loss);
-  se  : Se(1);
-  se -> rub;
-  der(q) = v;
-  der(v) = -0.001/(1 - q)^2;
-}
-
-scene wall of Wall {
-  observe q, v, rub.f as f;
-  run 1.5 s;
-  solver ros23;
-  step 100 ms;
-}
-
-model Pitchfork {
-  state s = -1;
-  state x = 0.1;
-  der(s) = 1;
-  der(x) = (s*x - x^3)/0.02;
-}
-
-scene pitchfork of Pitchfork { observe x; run 2.5 every 0.01; }
-"""
+SCENES = model_text("warnings_of_values")
 
 
 @pytest.fixture(scope="module")

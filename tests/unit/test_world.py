@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from model_files import model_text
 
 import bgc
 from bgc.driver import compile_scene
@@ -10,17 +11,7 @@ from bgc.options import Options
 from bgc.resolution.library import library_folder
 from bgc.resolution.resolve import load_text
 
-TEXT = """
-param g : m/s^2 = 9.81 m/s^2 in 0 m/s^2 .. 100 m/s^2;
-param wind[2] : N = [0, 3];
-param half = g/2;
-function weight(m) = m*g;
-model Mass { port p in; param m : kg = 2 kg; body : I(m); pull : Se(weight(m)); j : J1;
-  p -> j -> body; pull -> j; }
-model Pair { a : Mass; b : Mass(m = 4 kg); s : Se(wind[2]); none : Se(0); s -> a; none -> b; }
-scene earth of Pair { observe a.body.f as fast, b.body.f as slow, half as h; run 1 s every 0.5 s; }
-scene moon is earth { set g = 1.62 m/s^2; set wind[2] = 0; }
-"""
+TEXT = model_text("world")
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from model_files import model_text
+
 import bgc
 
-OSCILLATOR = """
-model Oscillator {
-  param k = 4 N/m;
-  spring : C(stiffness = k, q0 = 1 m);
-  mass : I(1 kg);
-  hub : J1;
-  hub -> spring, mass;
-}
-scene s of Oscillator { observe spring.q as x, mass.f as v; run 2 s; }
-"""
+OSCILLATOR = model_text("trades_oscillator")
 
 
 def written(folder: Path, text: str = OSCILLATOR) -> Path:
