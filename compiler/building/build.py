@@ -90,6 +90,7 @@ _SHARED = 2  # units that every model needs
 INTEGRATOR = (
     "acceptance",
     "accounts",
+    "attempt",
     "backward_error",
     "corrections",
     "dense",

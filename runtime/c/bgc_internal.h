@@ -1,5 +1,5 @@
 /* bgc_internal.h: the functions that files of the runtime share; no part of the interface. They work on the
- * instance of instance.h.
+ * instance of instance.h; those of integrator.h on a batch of instances, too.
  *
  * The order of calls of a run:
  *
@@ -7,7 +7,8 @@
  *     advance_to                     until the present is at or beyond the time of the row:
  *       bgc_sample                     devices and inputs, where a sample is due, and
  *                                      bgc_take_sampled (sampled.c) at an instant of sampled parts
- *       bgc_attempt (step.c)           one attempt at a step, from d->x at d->core.t:
+ *       bgc_attempt (step.c)           one attempt at a step, from d->x at d->core.t (attempt.c, with
+ *                                      attempt_parts.c):
  *         bgc_evaluate_f                 d->f (evaluate.c)
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
  *         bgc_limit_for_time             cut before a motion of time alone (timed.c)
@@ -29,13 +30,13 @@
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         bgc_choose_method              implicit, or explicit where nothing is stiff (switching.c)
- *         accept_step                    d->next becomes the present; bgc_handle_event, bgc_jump
+ *         bgc_finish_step                    d->next becomes the present; bgc_handle_event, bgc_jump
  *     write_row                        outputs and accounts, by dense output inside the step
  *
  * A rejected attempt leaves the present as it was and sets a shorter length. A fixed step is taken
  * whatever its error is, and bgc_record_correction (corrections.c) watches its length; or, with a
  * budget, it is subdivided where its error is too large (substeps.c).
- * lanes/ has the same sequence for instances that take their steps together.
+ * lanes/ has what is different for instances that take their steps together.
  */
 #ifndef BGC_INTERNAL_H
 #define BGC_INTERNAL_H
@@ -129,6 +130,10 @@ static inline void bgc_schedule(bgc_core *core) {
 bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
 bgc_status bgc_apply_inputs(const bgc_model *m, bgc_data *d);
 bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row);
+
+/* --- attempt_parts.c */
+bgc_status bgc_complete(const bgc_model *m, bgc_data *d, const bgc_method *method, double *t_new);
+bgc_status bgc_advance_held(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
 
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);

@@ -10,6 +10,7 @@
 #define BGC_INTEGRATOR_H
 
 #include "number.h"
+#include "tolerance.h"
 
 #include <string.h>
 
@@ -44,6 +45,16 @@ typedef bgc_lane_accounts bgc_accounts;
 #define bgc_enter_balance bgc_batch_enter_balance
 #define bgc_accept bgc_batch_accept
 #define bgc_evaluate_row bgc_batch_evaluate_row
+#define bgc_attempt_adaptive bgc_batch_attempt_adaptive
+#define bgc_begin_attempt bgc_batch_begin_attempt
+#define bgc_wanted_step bgc_batch_wanted_step
+#define bgc_give_up bgc_batch_give_up
+#define bgc_shorten bgc_batch_shorten
+#define bgc_advances bgc_batch_advances
+#define bgc_rejects bgc_batch_rejects
+#define bgc_completes bgc_batch_completes
+#define bgc_passes bgc_batch_passes
+#define bgc_finish_step bgc_batch_finish_step
 #define bgc_samples_rounding bgc_batch_samples_rounding
 #define bgc_try_perturbed bgc_batch_try_perturbed
 #define bgc_judge_rounding bgc_batch_judge_rounding
@@ -67,6 +78,9 @@ static inline const bgc_lane_model *bgc_functions(const bgc_model *m, const bgc_
 }
 
 static inline number bgc_reached(const bgc_ivp *d) { return d->scale_reached; }
+static inline void bgc_raise_reached(const bgc_model *m, bgc_ivp *d) {
+    d->scale_reached = bgc_scale_reached(m->n_state, d->x, d->scale, d->scale_reached);
+}
 static inline bgc_accounts *bgc_accounts_of(bgc_ivp *d) { return &d->account; }
 static inline number *bgc_exchanged(bgc_ivp *d) { return &d->account.exchanged; }
 static inline number *bgc_newest_radius(bgc_ivp *d) { return &d->newest; }
@@ -88,6 +102,10 @@ unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
 static inline int bgc_is_finite(const bgc_ivp *d, int n, const number *v) {
     return bgc_batch_bad(d, n, v) == 0;
 }
+
+/* The lanes that are active, as a set: those that leave a perturbed attempt come back. */
+static inline unsigned bgc_active(const bgc_ivp *d) { return d->active; }
+static inline void bgc_set_active(bgc_ivp *d, unsigned lanes) { d->active = lanes; }
 
 /* Instances with algebraic equations or closed chains run alone. */
 static inline bgc_status bgc_satisfy_rows(const bgc_model *m, bgc_ivp *d, double t, number *x) {
@@ -145,6 +163,9 @@ static inline void bgc_replace_present(const bgc_model *m, bgc_ivp *d) {
     d->spare = before;
 }
 
+bgc_status bgc_give_up(bgc_ivp *d);
+void bgc_limit_next(bgc_ivp *d, double h);
+
 /* State i has passed a multiple of its tolerance where `changed`, in a step to t. */
 void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, double t);
 
@@ -168,6 +189,11 @@ static inline const bgc_model *bgc_functions(const bgc_model *m, const bgc_ivp *
 }
 
 static inline number bgc_reached(const bgc_ivp *d) { return d->core.counts.scale_reached; }
+static inline void bgc_raise_reached(const bgc_model *m, bgc_ivp *d) {
+    double *reached = &d->core.counts.scale_reached;
+
+    *reached = *reached < 1.0 ? bgc_scale_reached(m->n_state, d->x, d->scale, *reached) : *reached;
+}
 static inline bgc_accounts *bgc_accounts_of(bgc_ivp *d) { return &d->core; }
 static inline number *bgc_exchanged(bgc_ivp *d) { return &d->core.counts.exchanged; }
 static inline number *bgc_newest_radius(bgc_ivp *d) { return &d->core.spectrum.newest; }
@@ -191,6 +217,11 @@ static inline int bgc_is_finite(const bgc_ivp *d, int n, const number *v) {
     (void)d;
     return bgc_first_bad(n, v) < 0;
 }
+static inline unsigned bgc_active(const bgc_ivp *d) {
+    (void)d;
+    return 1u;
+}
+static inline void bgc_set_active(bgc_ivp *d, unsigned lanes) { (void)d, (void)lanes; }
 static inline bgc_status bgc_satisfy_rows(const bgc_model *m, bgc_ivp *d, double t, number *x) {
     return bgc_satisfy(m, d, t, x);
 }
@@ -235,6 +266,8 @@ static inline void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, numb
     (void)changed;
     bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
 }
+static inline bgc_status bgc_give_up(const bgc_ivp *d) { return d->core.reason; }
+static inline void bgc_limit_next(bgc_ivp *d, double h) { (void)d, (void)h; }
 static inline void bgc_enter_rounding(bgc_ivp *d, number_mask found, number noise) {
     bgc_counts *counts = &d->core.counts;
 
@@ -305,6 +338,22 @@ void bgc_accept(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance, doub
 
 /* --- rows.c */
 void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int inside, number *row);
+
+/* --- attempt.c */
+bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+
+/* --- attempt_parts.c, lanes/lane_attempt.c: parts of an attempt. Those that return 0 have rejected it. */
+bgc_status bgc_begin_attempt(const bgc_model *m, bgc_ivp *d);
+double bgc_wanted_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+double bgc_shorten(const bgc_model *m, bgc_ivp *d, double h, double *t_new);
+int bgc_advances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+int bgc_rejects(const bgc_model *m, bgc_ivp *d, const bgc_method *method, number errors,
+                const number *vector, double h, double *error);
+int bgc_completes(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h,
+                  double *t_new);
+int bgc_passes(const bgc_model *m, bgc_ivp *d, double t_new, bgc_status *status);
+bgc_status bgc_finish_step(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance,
+                           double t_new);
 
 /* --- rounding.c */
 int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method);

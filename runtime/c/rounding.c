@@ -85,6 +85,7 @@ int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method *method, 
     const size_t size = (size_t)m->n_state * sizeof *d->x;
     const bgc_core before = d->core;
     const int follows = follows_step(m, d, method);
+    const unsigned lanes = bgc_active(d);
     bgc_status status;
 
     memcpy(d->trial, d->x, size);
@@ -104,6 +105,7 @@ int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method *method, 
     memcpy(d->x, d->trial, size);
     memcpy(d->f, d->change, size);
     d->core = before;
+    bgc_set_active(d, lanes);
     d->core.jac_valid = 0;
     return status == BGC_OK;
 }

@@ -37,9 +37,8 @@ void bgc_load_inputs(bgc_batch *b, int count) {
  * commands. */
 void bgc_sample_all(bgc_batch *b) {
     const bgc_model *m = b->m;
-    const double due = b->core.origin + (double)b->core.sample * b->core.period;
 
-    if (b->core.t < due - bgc_time_slack(b->core.t, b->core.t_old)) {
+    if (b->core.t < b->core.due - bgc_time_slack(b->core.t, b->core.t_old)) {
         return;
     }
     for (int l = 0; l < BGC_LANE_WIDTH && (m->n_input > 0 || m->n_device > 0); l++) {
@@ -61,6 +60,7 @@ void bgc_sample_all(bgc_batch *b) {
         b->core.f_valid = b->core.jac_valid = 0;
     }
     b->core.sample++;
+    bgc_schedule(&b->core);
 }
 
 /* --- steps in which a law may switch ------------------------------------------------------- */

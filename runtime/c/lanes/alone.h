@@ -21,8 +21,12 @@ void bgc_watch_pulses(bgc_batch *b);
 void bgc_step_alone(bgc_batch *b);
 void bgc_rejoin(bgc_batch *b);
 
-/* --- lockstep.c */
+/* --- lane_attempt.c */
+void bgc_complete_together(bgc_batch *b, double t_new);
+double bgc_resolved_by_all(const bgc_batch *b, double h, unsigned *hidden);
 void bgc_check_lanes(bgc_batch *b);
+
+/* --- lockstep.c */
 void bgc_attempt_together(bgc_batch *b);
 
 #endif

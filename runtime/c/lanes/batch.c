@@ -150,6 +150,8 @@ static bgc_core core_of(const bgc_data *first) {
 
     core.counts = (bgc_counts){.worst_step_seconds = 0.0};
     core.ticks = core.sample = 0;
+    core.instant = core.stop = INFINITY;
+    bgc_schedule(&core);
     core.t_old = core.t_end = core.t;
     core.algebraic = core.event = core.left = 0;
     core.f_valid = core.jac_valid = core.held = core.watched = 0;
