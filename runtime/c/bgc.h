@@ -510,11 +510,12 @@ double bgc_sample_period(const bgc_data *d);
 void bgc_stop(bgc_data *d); /* makes bgc_run return soon; from any thread or signal handler */
 const bgc_counts *bgc_get_counts(const bgc_data *d);
 
-/* A state that fell below its absolute tolerance and has grown to a thousand times it since. */
+/* A state that fell below its absolute tolerance and has grown to a thousand times it since; or one that has
+ * moved, but never to 30 times its tolerance. */
 typedef struct {
     double tolerance;
-    double low, fell;    /* its least absolute value, and the time of it, s */
-    double grown, value; /* the time at which it had grown, s, and its value then */
+    double low, fell;    /* its least absolute value, and the time of it, s; of the second, where it first moved */
+    double grown, value; /* the time at which it had grown, s, and its value then; of the second, those also */
 } bgc_subtolerance_state;
 
 /* Nonzero where state k did so in this run, under error control; of several times the one with the

@@ -1,28 +1,37 @@
-/* subtolerance.c: states that fall below their tolerance and grow again by orders of magnitude.
+/* subtolerance.c: states that fall below their tolerance and grow again by orders of magnitude, or that stay
+ * below it.
  *
  * Below its tolerance error control does not see a state: a decay over many decades may end anywhere,
  * also with the wrong sign. Where the state then grows by an instability of its own, the run depends
- * on that remainder. Whether it does is left to the caller, who has the times to compare runs:
- * a state may as well be driven by others.
+ * on that remainder. The motion of a state that stays there may be wrong altogether, and so may be what it
+ * moves. Whether it matters is left to the caller, who has the times to compare runs: a state may as well be
+ * driven by others, or be of no effect.
  */
 #include "bgc_internal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-static const double well_above = 10.0; /* times the tolerance: a state that has been resolved */
+static const double well_above = 10.0; /* times the tolerance: a state that has been resolved, */
+static const double resolved = 30.0;   /* and one whose motion is right to some percent */
 static const double regrown = 1e3;     /* times the tolerance, */
 static const double of_size = 0.1;     /* or this part of the scale, if that is less */
 static const double linear = 50.0;     /* a state that passes through zero at constant rate takes 500
                                         * times as long to grow as it was below its tolerance */
 
-enum { NEVER_ABOVE, ABOVE, BELOW_ONCE, BELOW, GROWING };
+static const double least_motion = 1e4 * DBL_EPSILON; /* of the scale that states have reached: less is rounding */
+
+enum { STILL, NEVER_ABOVE, ABOVE, BELOW_ONCE, BELOW, GROWING };
 
 /* Sets the phase of state i, and between which multiples of its tolerance nothing happens to it. */
 static void enter(bgc_data *d, int i, int phase, double limit) {
-    double from = 0.0, to = well_above;
+    double from = 0.0, to = resolved;
 
     switch (phase) {
+    case STILL:
+        to = fmin(resolved, least_motion / d->core.rtol);
+        break;
     case ABOVE:
         from = 1.0;
         to = INFINITY;
@@ -46,12 +55,13 @@ static void enter(bgc_data *d, int i, int phase, double limit) {
     d->subtol_to[i] = to;
 }
 
-/* Forgets all states that fell. */
+/* No state has fallen, or stayed, below its tolerance. */
+static const bgc_subtolerance_state nothing = {.low = INFINITY, .fell = -INFINITY, .grown = -INFINITY};
+
 void bgc_reset_subtolerance(const bgc_model *m, bgc_data *d) {
     for (int i = 0; i < m->n_state; i++) {
-        enter(d, i, NEVER_ABOVE, 0.0);
-        d->subtol[i].grown = -INFINITY;
-        d->subtol[i].low = INFINITY;
+        enter(d, i, STILL, 0.0);
+        d->subtol[i] = nothing;
     }
 }
 
@@ -63,8 +73,11 @@ void bgc_follow_subtolerance_state(bgc_data *d, int i, double value, double limi
     bgc_subtolerance_state *found = d->subtol + i;
     int phase = before;
 
-    if (before == NEVER_ABOVE) {
-        phase = size > well_above * limit ? ABOVE : before;
+    if (before <= NEVER_ABOVE) {
+        phase = size > resolved * limit ? ABOVE : NEVER_ABOVE;
+        if (!(found->grown > found->fell)) { /* no fall before a jump */
+            *found = phase == ABOVE ? nothing : (bgc_subtolerance_state){limit, size, t, t, value};
+        }
     } else if (size < limit) {
         if (before == ABOVE) {
             d->subtol_low[i] = INFINITY;

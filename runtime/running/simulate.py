@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from bgc.building.backends import BACKENDS
-from bgc.diagnostics.catalogue.accuracy import rounding_decides
+from bgc.diagnostics.catalogue.accuracy import moves_below, rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -177,7 +177,7 @@ def rounding_warnings(
     *,
     cure: bool = True,
 ) -> Iterator[Diagnostic]:
-    """Run to all times, s, and warn of the state that rounding decides (BG726).
+    """Run to all times, s, and warn of the state that rounding decides (BG726, BG733).
 
     With `cure`, a tolerance with which it does not is looked for. A run that fails says nothing.
     """
@@ -228,8 +228,10 @@ def bare_result(model: LoadedModel, times: Array, rows: Array, method: Solver) -
 
 
 def undecided_state(found: Undecided) -> Diagnostic:
-    """Warn of a state that rounding decides (BG726)."""
+    """Warn of a state that rounding decides (BG726), or that moves below its tolerance (BG733)."""
     subtolerance = found.subtolerance
     cure = None if found.atol is None or found.right is None else (found.atol, found.right)
+    if subtolerance.stays_below:
+        return moves_below(found.name, subtolerance.tolerance, cure)
     times = subtolerance.fell, subtolerance.grown
     return rounding_decides(found.name, subtolerance.tolerance, times, found.end, cure)

@@ -1,10 +1,11 @@
-"""States that fell below their tolerance and grew again: does rounding decide the run?
+"""States that fell below their tolerance and grew again, or stayed there: does it decide the run?
 
 Error control does not see a state below its absolute tolerance. A state that grows again by an
 instability of its own grows from what is left of it: its sign, or the time of its growth, depends
-on rounding. A state that others drive does not. To distinguish them, the run is repeated twice,
-with each such state shifted by its tolerance, up or down, when it was least: rounding decides where
-that moves what is observed by a tenth of its range.
+on rounding. A state that others drive does not. One that never rises above may be wrong altogether,
+and so may be what it moves. To see whether it matters, the run is repeated twice, with each such
+state shifted by its tolerance, up or down, when it was least, or first moved: the tolerance decides
+where that moves what is observed by a tenth of its range, or 3 % of it by a state that stays below.
 """
 
 from __future__ import annotations
@@ -24,9 +25,11 @@ from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.structures import Status
 
 _DECIDES = 0.1  # of the range: a larger change shows that the tolerance decides
+_MATTERS = 0.03  # the same of states that stay below it, which may be wrong by as much
 _CURED = 0.01  # of the range: a smaller change shows that it does not
 _REDUCTIONS = tuple(10.0**-k for k in (3, 6, 9, 12, 18, 30, 60, 120, 240))
 _RTOL = 1e-6  # of the C runtime
+_ROUNDING = 1e4 * np.finfo(float).eps  # of the scale that states have reached, as in C
 _RESOLUTION = 100.0  # times the tolerance of a step: the error that a run may accumulate
 _ACCOUNTS = 4  # columns at most behind the outputs
 _MORE_STEPS = 50  # times those of the run, for a run with a smaller tolerance
@@ -35,7 +38,10 @@ _AT_LEAST = 10_000  # steps
 
 @dataclass(frozen=True, slots=True)
 class Subtolerance:
-    """A state that fell below its tolerance at `fell`, s, and was `value` again at `grown`, s."""
+    """A state that fell below its tolerance at `fell`, s, and was `value` again at `grown`, s.
+
+    One that has never risen above it moved first at both times.
+    """
 
     index: int
     tolerance: float
@@ -43,6 +49,11 @@ class Subtolerance:
     fell: float
     grown: float
     value: float
+
+    @property
+    def stays_below(self) -> bool:
+        """Whether the state has never risen above its tolerance."""
+        return self.fell == self.grown
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +97,7 @@ def observed_scales(model: LoadedModel) -> Array:
 
 
 def subtolerance_states(instance: Instance) -> tuple[Subtolerance, ...]:
-    """List the states of a run that fell below their tolerance and grew again, by time."""
+    """List the states of a run that fell below their tolerance and grew again, or stayed there."""
     found = ((k, instance.subtolerance(k)) for k in range(instance.library.model.n_state))
     states = (
         Subtolerance(k, state.tolerance, state.low, state.fell, state.grown, state.value)
@@ -117,9 +128,10 @@ def undecided(
     )
     probe = Probe(model, method, times, parameters)
     reached = instance.counts["scale_reached"]
-    if not subtolerance or probe.change(rows, subtolerance, reached) <= _DECIDES:
+    least = _MATTERS if any(state.stays_below for state in subtolerance) else _DECIDES
+    if not subtolerance or probe.change(rows, subtolerance, reached) <= least:
         return None
-    alone = (state for state in subtolerance if probe.change(rows, (state,), reached) > _DECIDES)
+    alone = (state for state in subtolerance if probe.change(rows, (state,), reached) > least)
     state = next(alone, subtolerance[0])
     value = float(instance.state_at(float(times[-1]))[state.index])
     found = Undecided(model.states[state.index].name, state, value)
@@ -169,10 +181,13 @@ class Probe:
         """Measure how far shifts by their tolerance move the rows, relative to each range.
 
         A shift with which the run fails shows nothing. A column whose range is below what the
-        tolerance resolves, at states that `reached` a part of their scales, is noise.
+        tolerance resolves, at states that `reached` a part of their scales, is noise; where states
+        stay below it, one whose range is rounding.
         """
         observed = rows[:, : len(self.model.measured)]
-        least = _RESOLUTION * (self.method.rtol or _RTOL) * reached * observed_scales(self.model)
+        below = any(state.stays_below for state in states)
+        resolved = _ROUNDING if below else _RESOLUTION * (self.method.rtol or _RTOL)
+        least = resolved * reached * observed_scales(self.model)
         ranges = np.maximum(np.ptp(observed, axis=0), least)
         moving = ranges > 0
         largest = 0.0
@@ -189,7 +204,7 @@ class Probe:
                 yield self._rows(instance, states, sign)[:, : len(self.model.measured)]
 
     def settled(self, state: Subtolerance) -> tuple[Array, float] | None:
-        """Compute the rows and a state at the end, unless rounding decides that here too."""
+        """Compute the rows and a state at the end, unless the tolerance decides here too."""
         with self._started() as instance:
             rows = self._rows(instance, (), 0.0)
             if not np.isfinite(rows).all():
@@ -197,7 +212,7 @@ class Probe:
             again = [
                 subtolerance
                 for subtolerance in subtolerance_states(instance)
-                if subtolerance.index == state.index
+                if subtolerance.index == state.index or subtolerance.stays_below
             ]
             value = float(instance.state_at(float(self.times[-1]))[state.index])
         if again and self.change(rows, again) > _CURED:

@@ -1,5 +1,6 @@
 """States that fall below their tolerance and grow again: rounding decides, or others drive them."""
 
+import itertools
 import re
 
 import numpy as np
@@ -84,3 +85,22 @@ def test_the_warning_names_the_lowest_fall_and_the_tolerance_there(
     said = re.search(r"its tolerance of (\S+) at t = (\S+) s", warning.message)
     assert float(said[2]) == pytest.approx(fell, abs=0.1)
     assert 0.02 * tolerance < float(said[1]) < 2 * tolerance
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
+def test_a_motion_below_the_tolerances_is_right_or_warned_of_with_a_cure(load, solver):
+    model = load("faint", "slow")
+    for slow, start in itertools.product(np.logspace(-3, 5, 9), [1e-11, 1e-9, 1e-6, 1e-3]):
+        values = {"T": slow, "start": start}
+        result = model.simulate(20 * slow, every=slow, parameters=values, solver=solver)
+        true = start * np.cos(result.time / slow)
+        right = np.abs(result["spring.q"] - true).max() < 0.05 * start
+        warned = [d for d in result.warnings if d.code == "BG733"]
+        assert right or warned, values
+        for warning in warned:
+            atol = float(re.search(r"--atol (\S+)`", warning.help).group(1))
+            cured = model.simulate(
+                20 * slow, every=slow, parameters=values, solver=solver, atol=atol
+            )
+            np.testing.assert_allclose(cured["spring.q"], true, atol=0.01 * start)
+            assert not cured.warnings

@@ -47,12 +47,23 @@ def rounding_decides(
     cure: tuple[float, float] | None,
 ) -> Values:
     fell, grown = times
-    if cure is None:
-        help_ = "no absolute tolerance cures it: add the imperfection that decides it in reality"
-    else:
-        atol, right = cure
-        help_ = f"give `atol = {atol:g}` (`--atol {atol:g}`), with which it ends at {right:.4g}"
+    help_ = _cure(cure, "add the imperfection that decides it in reality")
     return {"fell": fell, "grown": grown, "help": help_}
+
+
+def _cure(cure: tuple[float, float] | None, otherwise: str) -> str:
+    if cure is None:
+        return f"no absolute tolerance cures it: {otherwise}"
+    atol, right = cure
+    return f"give `atol = {atol:g}` (`--atol {atol:g}`), with which it ends at {right:.4g}"
+
+
+@warning(
+    "BG733: `{state}` moves below its tolerance of {tolerance:.2g}: error control does not see it, "
+    "and what is observed depends on it"
+)
+def moves_below(state: str, tolerance: float, cure: tuple[float, float] | None) -> Values:
+    return {"help": _cure(cure, "write the model in units in which its motion is larger")}
 
 
 @warning(
