@@ -14,6 +14,7 @@ from bgc.emission.partials import with_partials
 
 _SHARED = (
     "fmi_instance",
+    "fmi_present",
     "fmi_variables",
     "fmi_derivatives",
     "fmi_co_simulation",

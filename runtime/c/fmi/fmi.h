@@ -1,6 +1,7 @@
 /* fmi.h: an instance of a model behind the Functional Mock-up Interface, for both of its versions.
  *
- * fmi2.c and fmi3.c hold the functions of the standard, which translate to those of this header. A
+ * fmi2.c and fmi3.c hold the functions of the standard, which translate to those of this header; what they
+ * have in common stands in fmi_functions.h. A
  * quantity has a place in one list of numbers, which is its value reference:
  *
  *   0                   time
@@ -72,10 +73,10 @@ typedef enum { BGC_FMI_MODEL_EXCHANGE, BGC_FMI_CO_SIMULATION } bgc_fmi_kind;
 
 typedef struct bgc_fmi bgc_fmi;
 
-/* What the importer offers: a logger, and the update of 3.0 after each internal step, which returns
- * nonzero where the importer wants to return at *stop. */
+/* What the importer offers: a logger, with a category of the standard, and the update of 3.0 after each
+ * internal step, which returns nonzero where the importer wants to return at *stop. */
 typedef struct {
-    void (*log)(bgc_fmi *i, bgc_fmi_status status, const char *message);
+    void (*log)(bgc_fmi *i, bgc_fmi_status status, const char *category, const char *message);
     int (*stepped)(bgc_fmi *i, double t, double *stop);
 } bgc_fmi_hooks;
 
@@ -89,7 +90,6 @@ typedef struct {
     int viewed;          /* view_x and view_u belong to t */
     int has_row;         /* row belongs to them */
     int has_snapshot;    /* snapshot is the instance before the last step */
-    int wants_event;     /* the drift of constraints asks for an event */
     double rtol;         /* of the importer; 0: that of the scene */
     double last_step;    /* of the importer's integrator */
 } bgc_fmi_core;
@@ -121,25 +121,39 @@ struct bgc_fmi {
 };
 
 /* --- instance.c of this folder */
-bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, const bgc_fmi_hooks *hooks,
-                     void *environment, void (*logger)(void));
+bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, int logs,
+                     const bgc_fmi_hooks *hooks, void *environment, void (*logger)(void));
 void bgc_fmi_free(bgc_fmi *i);
+bgc_fmi_status bgc_fmi_set_logging(bgc_fmi *i, int logs);
+bgc_fmi_status bgc_fmi_enter(bgc_fmi *i, bgc_fmi_phase phase);
 bgc_fmi_status bgc_fmi_enter_initialisation(bgc_fmi *i, double rtol, double start);
 bgc_fmi_status bgc_fmi_exit_initialisation(bgc_fmi *i);
 bgc_fmi_status bgc_fmi_reset(bgc_fmi *i);
 bgc_fmi_status bgc_fmi_report(bgc_fmi *i, bgc_fmi_status as, const char *text);
+bgc_fmi_status bgc_fmi_refuse(bgc_fmi *i, const char *text);
+bgc_fmi_status bgc_fmi_refuse_variables(bgc_fmi *i, size_t n, const char *name, const char *type);
 bgc_fmi_status bgc_fmi_explain(bgc_fmi *i, bgc_fmi_status as, bgc_status status);
 bgc_fmi_status bgc_fmi_start(bgc_fmi *i);
 size_t bgc_fmi_state_size(const bgc_fmi *i);
-void bgc_fmi_save(bgc_fmi *i, void *memory);
+bgc_fmi_status bgc_fmi_get_state(bgc_fmi *i, void **state);
+bgc_fmi_status bgc_fmi_free_state(bgc_fmi *i, void **state);
+bgc_fmi_status bgc_fmi_copy_state(bgc_fmi *i, const void *state, void *bytes, size_t size);
+bgc_fmi_status bgc_fmi_take_state(bgc_fmi *i, const void *bytes, size_t size, void **state);
 bgc_fmi_status bgc_fmi_restore(bgc_fmi *i, const void *memory);
+
+/* --- present.c */
+static const double bgc_fmi_allowed_drift = 0.1; /* of constraints, over the tolerances */
+static inline int bgc_fmi_is_free(const bgc_fmi *i, int k) { return i->d->algebraic[k] == 0.0; }
+bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed);
+bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i);
+bgc_fmi_status bgc_fmi_view(bgc_fmi *i);
+bgc_fmi_status bgc_fmi_rates(bgc_fmi *i, double *rate);
+bgc_fmi_status bgc_fmi_indicators(bgc_fmi *i, double *z);
 
 /* --- variables.c */
 bgc_fmi_status bgc_fmi_get(bgc_fmi *i, const unsigned *ref, size_t n, double *value, size_t n_value);
 bgc_fmi_status bgc_fmi_set(bgc_fmi *i, const unsigned *ref, size_t n, const double *value,
                            size_t n_value);
-bgc_fmi_status bgc_fmi_view(bgc_fmi *i);
-bgc_fmi_status bgc_fmi_rates(bgc_fmi *i, double *rate);
 int bgc_fmi_place(const bgc_fmi *i, int group);
 int bgc_fmi_references(const bgc_fmi *i);
 
@@ -160,15 +174,12 @@ bgc_fmi_status bgc_fmi_adjoint(bgc_fmi *i, const unsigned *unknown, size_t n_unk
 /* --- tuning.c: parameters that have changed during a run take effect */
 bgc_fmi_status bgc_fmi_tune(bgc_fmi *i);
 
-bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed);
-
 /* --- co_simulation.c: to t + step, or to *reached where the importer wants to return early */
 bgc_fmi_status bgc_fmi_step(bgc_fmi *i, double t, double step, double *reached);
 bgc_status bgc_fmi_return_to_point(bgc_fmi *i);
 
 /* --- model_exchange.c */
-void bgc_fmi_set_time(bgc_fmi *i, double t);
-bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i);
+bgc_fmi_status bgc_fmi_set_time(bgc_fmi *i, double t);
 bgc_fmi_status bgc_fmi_set_states(bgc_fmi *i, const double *x, size_t n);
 bgc_fmi_status bgc_fmi_get_states(bgc_fmi *i, double *x, size_t n);
 bgc_fmi_status bgc_fmi_get_rates(bgc_fmi *i, double *rate, size_t n);

@@ -11,37 +11,6 @@
 
 /* --- the linear systems ------------------------------------------------------------------------ */
 
-static int is_free(const bgc_fmi *i, int k) { return i->d->algebraic[k] == 0.0; }
-
-/* Solves with g_z, or its transpose, in the rows and columns of the states that are not free: right is
- * overwritten; entries of free states are zero. i->partial holds df/dx. */
-bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed) {
-    const int n = i->m->n_state;
-    int bad;
-
-    memset(i->matrix, 0, (size_t)n * (size_t)n * sizeof *i->matrix);
-    for (int e = 0; e < i->n_partial; e++) {
-        const int row = i->partial_row[e], column = i->partial_col[e];
-        if (row < n && column < n && !is_free(i, row) && !is_free(i, column)) {
-            const int r = transposed ? column : row, c = transposed ? row : column;
-            i->matrix[(size_t)r * (size_t)n + (size_t)c] = i->partial[e];
-        }
-    }
-    for (int k = 0; k < n; k++) {
-        if (is_free(i, k)) {
-            i->matrix[(size_t)k * (size_t)(n + 1)] = 1.0;
-            right[k] = 0.0;
-        }
-    }
-    bad = bgc_factorise_dense(n, i->matrix, i->pivot, i->d->magnitude);
-    if (bad >= 0) {
-        i->d->core.failed_state = bad;
-        return bgc_fmi_explain(i, BGC_FMI_ERROR, BGC_SINGULAR);
-    }
-    bgc_solve_dense(n, i->matrix, i->pivot, right);
-    return BGC_FMI_OK;
-}
-
 /* Solves with M, or its transpose, in the rows and columns of the free states. */
 static bgc_fmi_status solve_mass(bgc_fmi *i, double *right, int transposed) {
     const bgc_model *m = i->m;
@@ -49,10 +18,10 @@ static bgc_fmi_status solve_mass(bgc_fmi *i, double *right, int transposed) {
     int bad, coupled = 0;
 
     for (int k = 0; k < n; k++) {
-        coupled |= is_free(i, k) && i->d->inverse_mass[k] == 0.0;
+        coupled |= bgc_fmi_is_free(i, k) && i->d->inverse_mass[k] == 0.0;
     }
     for (int k = 0; k < n; k++) {
-        right[k] = !is_free(i, k) ? 0.0 : coupled ? right[k] : right[k] * i->d->inverse_mass[k];
+        right[k] = !bgc_fmi_is_free(i, k) ? 0.0 : coupled ? right[k] : right[k] * i->d->inverse_mass[k];
     }
     if (!coupled) {
         return BGC_FMI_OK;
@@ -64,7 +33,7 @@ static bgc_fmi_status solve_mass(bgc_fmi *i, double *right, int transposed) {
         i->matrix[(size_t)r * (size_t)n + (size_t)c] += i->d->mass[k];
     }
     for (int k = 0; k < n; k++) {
-        i->matrix[(size_t)k * (size_t)(n + 1)] += is_free(i, k) ? 0.0 : 1.0;
+        i->matrix[(size_t)k * (size_t)(n + 1)] += bgc_fmi_is_free(i, k) ? 0.0 : 1.0;
     }
     bad = bgc_factorise_dense(n, i->matrix, i->pivot, i->d->magnitude);
     if (bad >= 0) {
@@ -243,7 +212,7 @@ bgc_fmi_status bgc_fmi_directional(bgc_fmi *i, const unsigned *unknown, size_t n
         multiply_partials(i);
         status = bgc_fmi_solve_algebraic(i, i->result, 0);
         for (int k = 0; k < n && status == BGC_FMI_OK; k++) {
-            i->seed[k] = is_free(i, k) ? i->seed[k] : -i->result[k];
+            i->seed[k] = bgc_fmi_is_free(i, k) ? i->seed[k] : -i->result[k];
         }
     }
     if (status == BGC_FMI_OK) {
@@ -279,7 +248,7 @@ bgc_fmi_status bgc_fmi_adjoint(bgc_fmi *i, const unsigned *unknown, size_t n_unk
         status = bgc_fmi_solve_algebraic(i, i->rate, 1);
         for (int e = 0; e < i->n_partial && status == BGC_FMI_OK; e++) {
             const int row = i->partial_row[e];
-            if (row < n && !is_free(i, row)) {
+            if (row < n && !bgc_fmi_is_free(i, row)) {
                 i->seed[i->partial_col[e]] -= i->partial[e] * i->rate[row];
             }
         }

@@ -5,10 +5,27 @@
 
 /* Logs a text, and returns its status. */
 bgc_fmi_status bgc_fmi_report(bgc_fmi *i, bgc_fmi_status as, const char *text) {
+    const char *category = as >= BGC_FMI_ERROR     ? "logStatusError"
+                           : as == BGC_FMI_DISCARD ? "logStatusDiscard"
+                                                   : "logStatusWarning";
+
     if (i->hooks.log != NULL && (as >= BGC_FMI_DISCARD || i->logs)) {
-        i->hooks.log(i, as, text);
+        i->hooks.log(i, as, category, text);
     }
     return as;
+}
+
+bgc_fmi_status bgc_fmi_refuse(bgc_fmi *i, const char *text) { return bgc_fmi_report(i, BGC_FMI_ERROR, text); }
+
+/* Refuses n variables of a type that this FMU does not have: all of its variables are of the type `type`. */
+bgc_fmi_status bgc_fmi_refuse_variables(bgc_fmi *i, size_t n, const char *name, const char *type) {
+    char text[200];
+
+    if (n == 0) {
+        return BGC_FMI_OK;
+    }
+    snprintf(text, sizeof text, "%s: all variables of this FMU are of type %s", name, type);
+    return bgc_fmi_refuse(i, text);
 }
 
 /* The part of a model at which a call failed, and in which role; NULL where there is none. */
@@ -96,8 +113,8 @@ static bgc_status take_defaults(bgc_fmi *i) {
     return set_options(i);
 }
 
-bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, const bgc_fmi_hooks *hooks,
-                     void *environment, void (*logger)(void)) {
+bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, int logs,
+                     const bgc_fmi_hooks *hooks, void *environment, void (*logger)(void)) {
     const bgc_model *m = bgc_get_model();
     const bgc_fmi_info *info = bgc_fmi_get_info();
     const size_t n = (size_t)m->n_state;
@@ -110,6 +127,7 @@ bgc_fmi *bgc_fmi_new(bgc_fmi_kind kind, const char *name, const char *token, con
     i->m = m;
     i->info = info;
     i->kind = kind;
+    i->logs = logs;
     i->hooks = *hooks;
     i->environment = environment;
     i->logger = logger;
@@ -241,9 +259,19 @@ bgc_fmi_status bgc_fmi_exit_initialisation(bgc_fmi *i) {
         status = held == BGC_OK ? BGC_FMI_OK : bgc_fmi_explain(i, BGC_FMI_ERROR, held);
     }
     if (status == BGC_FMI_OK) {
-        i->core.phase = i->kind == BGC_FMI_MODEL_EXCHANGE ? BGC_FMI_EVENTS : BGC_FMI_STEPS;
+        i->core.phase = i->kind == BGC_FMI_MODEL_EXCHANGE || i->event_mode ? BGC_FMI_EVENTS : BGC_FMI_STEPS;
     }
     return status;
+}
+
+bgc_fmi_status bgc_fmi_enter(bgc_fmi *i, bgc_fmi_phase phase) {
+    i->core.phase = phase;
+    return BGC_FMI_OK;
+}
+
+bgc_fmi_status bgc_fmi_set_logging(bgc_fmi *i, int logs) {
+    i->logs = logs;
+    return BGC_FMI_OK;
 }
 
 bgc_fmi_status bgc_fmi_reset(bgc_fmi *i) {
@@ -282,7 +310,7 @@ size_t bgc_fmi_state_size(const bgc_fmi *i) {
     return all;
 }
 
-void bgc_fmi_save(bgc_fmi *i, void *memory) {
+static void save(bgc_fmi *i, void *memory) {
     unsigned char *to = memory;
 
     memcpy(to, &i->core, sizeof i->core);
@@ -298,9 +326,13 @@ void bgc_fmi_save(bgc_fmi *i, void *memory) {
 }
 
 bgc_fmi_status bgc_fmi_restore(bgc_fmi *i, const void *memory) {
-    const unsigned char *from = memory, *vectors = from + sizeof i->core;
-    const unsigned char *rest = from + bgc_fmi_state_size(i) - 2 * bgc_save_size(i->m);
+    const unsigned char *from = memory, *vectors, *rest;
 
+    if (memory == NULL) {
+        return bgc_fmi_refuse(i, "there is no FMU state to go back to");
+    }
+    vectors = from + sizeof i->core;
+    rest = from + bgc_fmi_state_size(i) - 2 * bgc_save_size(i->m);
     if (bgc_restore(i->m, i->d, rest + bgc_save_size(i->m)) != BGC_OK) {
         return bgc_fmi_report(i, BGC_FMI_ERROR, "the FMU state belongs to another model");
     }
@@ -314,4 +346,52 @@ bgc_fmi_status bgc_fmi_restore(bgc_fmi *i, const void *memory) {
     memcpy(i->snapshot, rest, bgc_save_size(i->m));
     i->core.has_row = 0;
     return BGC_FMI_OK;
+}
+
+/* The memory of a state, new where there is none yet. */
+static bgc_fmi_status allocate(bgc_fmi *i, void **state) {
+    if (*state == NULL) {
+        *state = malloc(bgc_fmi_state_size(i));
+    }
+    return *state != NULL ? BGC_FMI_OK : bgc_fmi_refuse(i, "out of memory");
+}
+
+bgc_fmi_status bgc_fmi_get_state(bgc_fmi *i, void **state) {
+    const bgc_fmi_status status = allocate(i, state);
+
+    if (status == BGC_FMI_OK) {
+        save(i, *state);
+    }
+    return status;
+}
+
+bgc_fmi_status bgc_fmi_free_state(bgc_fmi *i, void **state) {
+    (void)i;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return BGC_FMI_OK;
+}
+
+/* A state as bytes, and back: it holds no pointers. */
+bgc_fmi_status bgc_fmi_copy_state(bgc_fmi *i, const void *state, void *bytes, size_t size) {
+    if (size < bgc_fmi_state_size(i)) {
+        return bgc_fmi_refuse(i, "too little memory for the FMU state");
+    }
+    memcpy(bytes, state, bgc_fmi_state_size(i));
+    return BGC_FMI_OK;
+}
+
+bgc_fmi_status bgc_fmi_take_state(bgc_fmi *i, const void *bytes, size_t size, void **state) {
+    bgc_fmi_status status = BGC_FMI_OK;
+
+    if (size != bgc_fmi_state_size(i)) {
+        return bgc_fmi_refuse(i, "the FMU state belongs to another model");
+    }
+    status = allocate(i, state);
+    if (status == BGC_FMI_OK) {
+        memcpy(*state, bytes, size);
+    }
+    return status;
 }

@@ -15,96 +15,15 @@
 #include "fmi.h"
 #include "switches.h"
 
-static const double hysteresis = 64.0 * DBL_EPSILON; /* relative to the largest argument */
-static const double allowed_drift = 0.1;              /* of the tolerances */
-enum { LOOKS_AHEAD = 64 };                            /* for a switch of time alone */
-enum { MOST_CORRECTIONS = 8 };
+enum { LOOKS_AHEAD = 64 }; /* for a switch of time alone */
 
 /* --- states ------------------------------------------------------------------------------------ */
 
-void bgc_fmi_set_time(bgc_fmi *i, double t) {
+bgc_fmi_status bgc_fmi_set_time(bgc_fmi *i, double t) {
     if (t != i->core.t) {
         i->core.t = i->d->core.t = t;
         i->core.satisfied = 0;
     }
-}
-
-/* One correction by Newton's method of the states that are not free; returns its size, the largest over the
- * tolerance of a state, or INFINITY where it is undefined. */
-static double correct_states(bgc_fmi *i) {
-    const bgc_model *m = i->m;
-    bgc_data *d = i->d;
-    double *change = i->result, size = 0.0;
-
-    m->rhs(d->h, d->core.t, d->x, d->u, change, d->work);
-    bgc_differentiate(m, d, d->core.t, d->x, i->partial, d->dfdt);
-    d->core.jac_valid = 0;
-    memset(i->partial + m->n_jac, 0, (size_t)(i->n_partial - m->n_jac) * sizeof *i->partial);
-    if (bgc_first_bad(m->n_state, change) >= 0 || bgc_first_bad(m->n_jac, i->partial) >= 0 ||
-        bgc_fmi_solve_algebraic(i, change, 0) != BGC_FMI_OK || bgc_first_bad(m->n_state, change) >= 0) {
-        return (double)INFINITY;
-    }
-    for (int k = 0; k < m->n_state; k++) {
-        d->x[k] -= change[k];
-        size = fmax(size, fabs(change[k]) / bgc_tolerance(d, k, fabs(d->x[k])));
-    }
-    return size;
-}
-
-/* Newton's method up to a part of the tolerances: rounding keeps a state near zero from converging relative
- * to itself, as the runtime has it. */
-static int is_nearly_satisfied(bgc_fmi *i) {
-    for (int k = 0; k < MOST_CORRECTIONS; k++) {
-        const double size = correct_states(i);
-        if (size <= allowed_drift) {
-            return 1;
-        }
-        if (isinf(size)) {
-            return 0;
-        }
-    }
-    return 0;
-}
-
-/* Solves the algebraic equations for the states that are not free: at the present modes, or, where these
- * have no solution there, with every operation evaluated. The importer tries times beyond an event. */
-static bgc_status solve_algebraic_states(bgc_fmi *i) {
-    bgc_data *d = i->d;
-    const size_t size = (size_t)i->m->n_state * sizeof *d->x;
-    bgc_status status;
-
-    memcpy(i->seed, d->x, size);
-    status = bgc_satisfy(i->m, d, d->core.t, d->x);
-    if (status != BGC_OK) {
-        memcpy(d->x, i->seed, size);
-        if (is_nearly_satisfied(i)) {
-            return BGC_OK;
-        }
-    }
-    if (status != BGC_OK && i->m->n_switch > 0) {
-        bgc_release_modes(i->m, d);
-        status = bgc_satisfy(i->m, d, d->core.t, d->x);
-        bgc_hold_modes(i->m, d);
-    }
-    return status;
-}
-
-bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i) {
-    bgc_data *d = i->d;
-    bgc_status status;
-
-    if (i->core.satisfied) {
-        return BGC_FMI_OK;
-    }
-    i->core.has_row = 0;
-    d->core.f_valid = d->core.jac_valid = 0;
-    if (d->core.algebraic > 0 && i->info->n_free < i->m->n_state) {
-        status = solve_algebraic_states(i);
-        if (status != BGC_OK) {
-            return bgc_fmi_explain(i, BGC_FMI_DISCARD, status);
-        }
-    }
-    i->core.satisfied = 1;
     return BGC_FMI_OK;
 }
 
@@ -183,42 +102,13 @@ bgc_fmi_status bgc_fmi_get_nominals(bgc_fmi *i, double *nominal, size_t n) {
     return BGC_FMI_OK;
 }
 
-/* --- events ------------------------------------------------------------------------------------ */
-
-/* Whether the changes of switch k are time events, which no input moves. */
-static int is_time_event(const bgc_fmi *i, int k) {
-    return i->m->switch_info[k].timed && i->info->n_input == 0;
-}
-
-/* The indicator of switch k: positive while its mode lasts. */
-static double indicator_of(const bgc_fmi *i, int k, double z) {
-    const bgc_data *d = i->d;
-    const double extent = fmax(d->extent[k], fabs(d->argument[k]));
-    double depth;
-
-    if (isnan(d->mode[k]) || isnan(z) || bgc_is_given_up(d, k) || is_time_event(i, k)) {
-        return 1.0;
-    }
-    depth = bgc_depth_of(i->m, d, k, z) + fmax(hysteresis * extent, DBL_MIN);
-    return i->m->n_jump > 0 && d->turned[k] != 0.0 ? depth + d->turned[k] : depth;
-}
-
 bgc_fmi_status bgc_fmi_get_indicators(bgc_fmi *i, double *z, size_t n) {
-    const bgc_model *m = i->m;
-    bgc_fmi_status status = check_length(i, n, m->n_switch);
+    const bgc_fmi_status status = check_length(i, n, i->m->n_switch);
 
-    if (status != BGC_FMI_OK || m->n_switch == 0) {
-        return status;
-    }
-    status = bgc_fmi_view(i);
-    if (status == BGC_FMI_OK) {
-        m->switches(i->d->h, i->core.t, i->view_x, i->view_u, i->d->probe, i->d->work);
-        for (int k = 0; k < m->n_switch; k++) {
-            z[k] = indicator_of(i, k, i->d->probe[k]);
-        }
-    }
-    return status;
+    return status == BGC_FMI_OK ? bgc_fmi_indicators(i, z) : status;
 }
+
+/* --- events ------------------------------------------------------------------------------------ */
 
 /* Projects the present state on its constraints; returns the largest change over the tolerances. */
 static bgc_status project(bgc_fmi *i, double *drift) {
@@ -265,7 +155,7 @@ bgc_fmi_status bgc_fmi_completed_step(bgc_fmi *i, int *wants_event) {
         double drift;
         status = project(i, &drift);
         memcpy(d->x, d->error, (size_t)m->n_state * sizeof *d->x);
-        *wants_event = drift > allowed_drift;
+        *wants_event = drift > bgc_fmi_allowed_drift;
     }
     if (status == BGC_OK) {
         status = bgc_choose_chain_rows(m, d);
@@ -288,7 +178,7 @@ static double next_of_time(bgc_fmi *i) {
     }
     for (int k = 1; k <= LOOKS_AHEAD; k++) {
         const double end = t + ahead * k / LOOKS_AHEAD, stop = bgc_stop_for_switch(m, i->d, end);
-        if (stop < end) {
+        if (stop != end) { /* an event at an instant may be a few bits behind it */
             return stop;
         }
     }

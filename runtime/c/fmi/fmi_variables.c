@@ -71,34 +71,7 @@ static size_t count_numbers(bgc_fmi *i, const unsigned *ref, size_t n) {
     return all;
 }
 
-/* --- the state and inputs at the time of the importer ---------------------------------------- */
-
-/* Sets view_x and view_u to the state and the inputs, with modes, at core.t. */
-bgc_fmi_status bgc_fmi_view(bgc_fmi *i) {
-    const bgc_model *m = i->m;
-    bgc_data *d = i->d;
-    const size_t inputs = (size_t)m->n_input + (size_t)m->n_switch;
-
-    if (i->kind == BGC_FMI_MODEL_EXCHANGE || !i->core.viewed) {
-        const bgc_fmi_status status =
-            i->core.started && i->kind == BGC_FMI_MODEL_EXCHANGE ? bgc_fmi_satisfy(i) : bgc_fmi_start(i);
-        if (status != BGC_FMI_OK) {
-            return status;
-        }
-        memcpy(i->view_x, d->x, (size_t)m->n_state * sizeof(double));
-        if (i->kind == BGC_FMI_CO_SIMULATION) {
-            bgc_find_modes(m, d);
-            bgc_hold_modes(m, d);
-        }
-        memcpy(i->view_u, d->u, inputs * sizeof(double));
-        if (i->kind == BGC_FMI_CO_SIMULATION) {
-            bgc_release_modes(m, d);
-        }
-        i->core.viewed = 1;
-        i->core.has_row = 0;
-    }
-    return BGC_FMI_OK;
-}
+/* --- get --------------------------------------------------------------------------------------- */
 
 /* Outputs and accounts at the view. */
 static void fill_row(bgc_fmi *i) {
@@ -125,66 +98,6 @@ static void fill_row(bgc_fmi *i) {
     }
     i->core.has_row = 1;
 }
-
-/* The rates of the free states at the view: M r = f, without the rows and columns of the others. In
- * a model in which M couples the others too, with J r = -df/dt in the algebraic rows. */
-bgc_fmi_status bgc_fmi_rates(bgc_fmi *i, double *rate) {
-    const bgc_model *m = i->m;
-    bgc_data *d = i->d;
-    const int n = m->n_state, whole = i->info->n_free == n;
-    int bad, coupled = 0;
-
-    m->rhs(d->h, i->core.t, i->view_x, i->view_u, rate, d->work);
-    if (m->n_switch > 0 && bgc_first_bad(n, rate) >= 0) { /* undefined beyond an event in held modes */
-        for (int k = 0; k < m->n_switch; k++) {
-            i->view_u[m->n_input + k] = (double)NAN;
-        }
-        m->rhs(d->h, i->core.t, i->view_x, i->view_u, rate, d->work);
-    }
-    for (int k = 0; k < n; k++) {
-        const int skipped = !whole && d->algebraic[k] != 0.0;
-        coupled |= d->inverse_mass[k] == 0.0 && !skipped;
-    }
-    if (coupled) {
-        memset(i->matrix, 0, (size_t)n * (size_t)n * sizeof *i->matrix);
-        for (int k = 0; k < m->n_mass; k++) {
-            i->matrix[(size_t)m->mass_row[k] * (size_t)n + (size_t)m->mass_col[k]] += d->mass[k];
-        }
-        if (whole && d->core.algebraic > 0) {
-            bgc_differentiate(m, d, i->core.t, i->view_x, i->partial, d->dfdt);
-            d->core.jac_valid = 0;
-        }
-        for (int k = 0; k < m->n_jac && whole; k++) {
-            if (d->algebraic[m->jac_row[k]] != 0.0) {
-                i->matrix[(size_t)m->jac_row[k] * (size_t)n + (size_t)m->jac_col[k]] = i->partial[k];
-            }
-        }
-        for (int k = 0; k < n; k++) {
-            if (d->algebraic[k] != 0.0) {
-                rate[k] = whole ? -d->dfdt[k] : 0.0;
-                i->matrix[(size_t)k * (size_t)(n + 1)] += whole ? 0.0 : 1.0;
-            }
-        }
-        bad = bgc_factorise_dense(n, i->matrix, i->pivot, d->magnitude);
-        if (bad >= 0) {
-            d->core.failed_state = bad;
-            return bgc_fmi_explain(i, BGC_FMI_DISCARD, BGC_SINGULAR);
-        }
-        bgc_solve_dense(n, i->matrix, i->pivot, rate);
-    } else {
-        for (int k = 0; k < n; k++) {
-            rate[k] *= d->inverse_mass[k];
-        }
-    }
-    bad = bgc_first_bad(n, rate);
-    if (bad >= 0) {
-        d->core.failed_state = bad;
-        return bgc_fmi_explain(i, BGC_FMI_DISCARD, BGC_NOT_FINITE);
-    }
-    return BGC_FMI_OK;
-}
-
-/* --- get --------------------------------------------------------------------------------------- */
 
 /* Arrays that a call of `bgc_fmi_get` has evaluated. */
 typedef struct {
@@ -222,7 +135,7 @@ static bgc_fmi_status evaluate_group(bgc_fmi *i, int group, evaluated *have) {
         break;
     case BGC_FMI_INDICATORS:
         if (!have->indicators) {
-            status = bgc_fmi_get_indicators(i, i->indicator, (size_t)m->n_switch);
+            status = bgc_fmi_indicators(i, i->indicator);
         }
         have->indicators = 1;
         break;
