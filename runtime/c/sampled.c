@@ -64,9 +64,12 @@ static void enter_books(const bgc_model *m, bgc_data *d, double slack) {
     }
 }
 
-/* At an instant: evaluates the held values of the rates that are due. */
+/* At an instant: evaluates the held values of the rates that are due, a few bits behind it, so that comparisons with
+ * its time see it as reached however it is rounded. */
 bgc_status bgc_take_sampled(const bgc_model *m, bgc_data *d, double slack) {
-    m->held(d->h, d->core.t, d->x, d->u, d->held_value, d->work);
+    const double behind = d->core.t + 4.0 * DBL_EPSILON * fabs(d->core.t);
+
+    m->held(d->h, behind, d->x, d->u, d->held_value, d->work);
     enter_books(m, d, slack);
     for (int k = 0; k < m->n_held; k++) {
         if (!is_due(d, m->held_rate[k], slack)) {

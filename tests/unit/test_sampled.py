@@ -168,6 +168,6 @@ def test_a_switch_of_time_at_an_instant_comes_before_it_whatever_the_rounding(op
         )
         rows = np.arange(len(run.time))
         np.testing.assert_array_equal(run["count"], rows + 1)
-        for name in ("seen", "switched"):
+        for name in ("seen", "alone", "switched"):
             np.testing.assert_array_equal(run[name], np.repeat(rows[:, None] >= k, 4, axis=1))
         np.testing.assert_allclose(run["x"][-1], 3 * period, rtol=1e-9)

@@ -218,7 +218,11 @@ bgc_fmi_status bgc_fmi_handle_events(bgc_fmi *i, int *states_changed, double *ne
     if (status == BGC_OK && m->n_rate > 0) {
         const double slack = 1e-9 * fmax(fabs(core->t), i->core.last_step);
         if (core->t >= core->instant - fmin(slack, 1e-6 * d->sampling[0])) {
+            for (int k = 0; k < m->n_timed; k++) { /* switches of time alone at the instant come first */
+                d->u[m->n_input + k] = (double)NAN;
+            }
             status = bgc_take_sampled(m, d, slack);
+            bgc_hold_modes(m, d);
         }
     }
     if (status == BGC_OK && m->n_input > 0 &&
