@@ -105,11 +105,15 @@ def _refuse(search: RestSearch, remaining: Array, sizes: Array) -> None:
     rates = sizes[: search.size]
     order = np.argsort(-rates, kind="stable")
     left = [int(k) for k in order if rates[k] > max(AT_REST, 1e-3 * rates.max(initial=0.0))]
-    named = [
-        (search.resting.names[k], float(remaining[k] * search.scale[k]), search.resting.units[k])
-        for k in left
-    ]
-    raise BgError([no_rest(named)])
+    names, units, changes = (
+        search.resting.names,
+        search.resting.units,
+        remaining[: search.size] * search.scale,
+    )
+    kinds = dict.fromkeys(np.flatnonzero(search.stiffness).tolist(), "q")
+    kinds |= dict.fromkeys(search.momenta, "p")
+    shown = [(names[k], float(changes[k]), units[k], kinds.get(k, "")) for k in left]
+    raise BgError([no_rest(shown)])
 
 
 def _moves(search: RestSearch) -> tuple[Move, ...]:

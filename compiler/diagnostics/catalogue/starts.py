@@ -37,13 +37,20 @@ def not_separable() -> None: ...
     "hold what these states belong to, or free a parameter that balances them: `start "
     "rest vary drive.torque;`",
 )
-def no_rest(rates: Sequence[tuple[str, float, str]]) -> Values:
-    shown = [f"`{name}` changes by {rate:.4g} {_rate_unit(unit)}" for name, rate, unit in rates[:3]]
+def no_rest(rates: Sequence[tuple[str, float, str, str]]) -> Values:
+    """Name what remains: states with their rates, units and kinds, `p`, `q` or other."""
+    why = {"p": " (nothing balances it)", "q": " (it flows on)"}
+    shown = [
+        f"`{name}` changes by {rate:.4g} {_rate_unit(unit)}{why.get(kind, '')}"
+        for name, rate, unit, kind in rates[:3]
+    ]
     more = f" and {len(rates) - 3} more" if len(rates) > 3 else ""
     return {"shown": ", ".join(shown), "more": more}
 
 
 def _rate_unit(unit: str) -> str:
+    if unit.endswith("*s"):
+        return unit.removesuffix("*s")
     return f"{unit}/s" if unit and "/" not in unit else f"{unit} per second".strip()
 
 
