@@ -146,6 +146,12 @@ class Dag:
         """The symbol of a SYMBOL node, None for any other."""
         return self.symbols[self.a[node]] if self.op[node] == Op.SYMBOL else None
 
+    def symbols_in(self, roots: Iterable[int], *kinds: Kind) -> dict[int, Symbol]:
+        """The symbols that nodes hold, by their own nodes; those of some kinds if any is given."""
+        nodes = (n for n in self.reachable(roots) if self.op[n] == _SYMBOL)
+        held = {n: self.symbols[self.a[n]] for n in nodes}
+        return {n: s for n, s in held.items() if s.kind in kinds} if kinds else held
+
     def operands(self, node: int) -> tuple[int, ...]:
         """The nodes from which a node is computed."""
         if self.op[node] <= _SYMBOL:

@@ -282,7 +282,7 @@ def _basis(
     for number, members in enumerate(structure.classes):
         for k in members.ports:
             port = structure.ports[k]
-            held = _columns_in_value(graph, structure, port, flows)
+            held = columns_in_value(graph, structure, port, flows)
             for column in flows[number]:
                 role = Role.RESISTANCE if column in held else port.role
                 found[column].add((port.element, role))
@@ -310,8 +310,8 @@ def _basis(
     return tuple(basis), errors
 
 
-def _columns_in_value(
-    graph: FlatGraph, structure: Structure, port: ElementPort, flows: Flows
+def columns_in_value(
+    graph: FlatGraph, of: Structure | CausalGraph, port: ElementPort, flows: Flows
 ) -> set[int]:
     """The independent flows in the value of an effort source, which is a resistance to them."""
     source = graph.elements[port.element]
@@ -319,12 +319,9 @@ def _columns_in_value(
         return set()
     if graph.dag.level[source.value] < Level.STATE:
         return set()
-    columns: set[int] = set()
-    for symbol in map(graph.dag.symbol_of, graph.dag.reachable([source.value])):
-        if symbol is not None and symbol.kind in {Kind.EFFORT, Kind.FLOW}:
-            through = (symbol.kind is Kind.EFFORT) == structure.dual[symbol.index]
-            columns |= set(flows[structure.class_of[symbol.index]]) if through else set()
-    return columns
+    read = graph.dag.symbols_in([source.value], Kind.EFFORT, Kind.FLOW).values()
+    through = (s.index for s in read if (s.kind is Kind.EFFORT) == of.dual[s.index])
+    return {k for bond in through for k in flows[of.class_of[bond]]}
 
 
 def _positive(

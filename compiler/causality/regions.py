@@ -251,8 +251,7 @@ def _ports_with_momentum(dag: Dag, storage: Storage) -> set[int]:
         return set()
     if storage.kind == "I" or not isinstance(storage.law, EnergyLaw):
         return set(range(len(storage.ports)))
-    symbols = (dag.symbol_of(node) for node in dag.reachable([storage.law.energy]))
-    held = {s.index for s in symbols if s is not None and s.kind is Kind.MOMENTUM}
+    held = {s.index for s in dag.symbols_in([storage.law.energy], Kind.MOMENTUM).values()}
     return {k for k in range(len(storage.ports)) if storage.first_state + k in held}
 
 

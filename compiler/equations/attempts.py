@@ -159,5 +159,4 @@ def _read(dag: Dag, source: Source, kind: Kind) -> set[int]:
     """The bonds whose effort or flow the value of a source holds."""
     if dag.level[source.value] < Level.STATE:
         return set()
-    symbols = map(dag.symbol_of, dag.reachable([source.value]))
-    return {s.index for s in symbols if s is not None and s.kind is kind}
+    return {symbol.index for symbol in dag.symbols_in([source.value], kind).values()}

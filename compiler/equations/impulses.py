@@ -55,6 +55,5 @@ def _reset_in(
     """The places of the jumps that reset a state in a node."""
     if not jumping:
         return {}
-    symbols = map(variables.dag.symbol_of, variables.dag.reachable([node]))
-    states = (s.index for s in symbols if s is not None and s.kind is Kind.STATE)
-    return {jumping[k].span: None for k in states if k in jumping}
+    states = variables.dag.symbols_in([node], Kind.STATE).values()
+    return {jumping[s.index].span: None for s in states if s.index in jumping}

@@ -78,7 +78,7 @@ def _guards(dag: Dag, below: Sequence[Node], comparisons: Collection[Node]) -> s
             continue
         decided = set(dag.reachable([dag.a[choice]])).intersection(comparisons)
         for comparison in decided:
-            read = {n for n in dag.reachable([comparison]) if dag.symbol_of(n) is not None}
+            read = dag.symbols_in([comparison]).keys()
             for inner in dag.reachable([dag.b[choice], dag.c[choice]]):
                 argument = dag.b[inner] if dag.op[inner] == Op.DIV else dag.a[inner]
                 if dag.op[inner] in _UNDEFINED_SOMEWHERE and not read.isdisjoint(

@@ -115,8 +115,8 @@ def _response(program: Program, port: SampledPort, point: _Point) -> tuple[float
 def _moves(program: Program, flow: Node) -> bool:
     """Return whether a flow depends on a state or an effort, and not on time and inputs alone."""
     held = {h.index for h in program.held}
-    symbols = (s for s in map(program.dag.symbol_of, program.dag.reachable([flow])) if s)
-    return any(s.kind is Kind.STATE or (s.kind is Kind.INPUT and s.index in held) for s in symbols)
+    symbols = program.dag.symbols_in([flow], Kind.STATE, Kind.INPUT).values()
+    return any(s.kind is Kind.STATE or s.index in held for s in symbols)
 
 
 def _evaluated(

@@ -51,8 +51,8 @@ def with_speeds(program: Program, variables: Variables, resolver: Resolver) -> P
 def _hold(speeds: SpeedEquations) -> bool:
     """Return whether the values are proven to satisfy the equations."""
     dag = speeds.dag.copy()
-    symbols = (dag.symbol_of(n) for n in dag.reachable((*speeds.values, *speeds.residuals)))
-    if any(symbol is not None and symbol.kind not in _KNOWN for symbol in symbols):
+    symbols = dag.symbols_in((*speeds.values, *speeds.residuals)).values()
+    if any(symbol.kind not in _KNOWN for symbol in symbols):
         return False
     given = {dag.symbol(Kind.SPEED, k): node for k, node in enumerate(speeds.values)}
     fingerprints = Fingerprints(dag)

@@ -131,12 +131,7 @@ def _some_of(program: Program, nodes: Iterable[Node]) -> str:
 
 def _named(program: Program, nodes: Iterable[Node]) -> str:
     """The parameters of expressions, vectors by their names."""
-    dag = program.dag
-    indices = sorted(
-        symbol.index
-        for node in dag.reachable(nodes)
-        if (symbol := dag.symbol_of(node)) is not None and symbol.kind is Kind.PARAM
-    )
+    indices = sorted(s.index for s in program.dag.symbols_in(nodes, Kind.PARAM).values())
     names = dict.fromkeys(program.parameters[k].name.split("[")[0] for k in indices)
     return listed(list(names), _MOST_PARAMETERS)
 

@@ -7,7 +7,7 @@ own, or none.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
@@ -134,9 +134,8 @@ class _Reads:
     def _devices(self, symbols: Iterable[Symbol]) -> frozenset[str]:
         return frozenset(self._poses[s.index] for s in symbols if self._is_pose(s))
 
-    def _symbols(self, nodes: Sequence[Node]) -> Iterator[Symbol]:
-        dag = self._program.dag
-        return (s for s in map(dag.symbol_of, dag.reachable(nodes)) if s is not None)
+    def _symbols(self, nodes: Sequence[Node]) -> Collection[Symbol]:
+        return self._program.dag.symbols_in(nodes).values()
 
     def _reached(self, nodes: Sequence[Node]) -> set[Symbol]:
         """All that expressions depend on, through held values and the rates of states too."""

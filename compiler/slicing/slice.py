@@ -246,6 +246,6 @@ def _without_useless_checks(program: Program) -> Program:
     def is_used(check: PositiveParameter) -> bool:
         if not check.bound and check.symmetric is None:
             return check.node in used
-        return any(node in used for node in dag.reachable([check.node]) if dag.symbol_of(node))
+        return not used.isdisjoint(dag.symbols_in([check.node]))
 
     return replace(program, positive=tuple(filter(is_used, program.positive)))

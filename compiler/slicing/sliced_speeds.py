@@ -29,10 +29,8 @@ def sliced_speeds(
         dag.symbol(Kind.STATE, old): dag.symbol(Kind.STATE, new) for old, new in number.items()
     }
     roots = (*speeds.values, *speeds.residuals)
-    for node in dag.reachable(roots):
-        symbol = dag.symbol_of(node)
-        if symbol is not None and symbol.kind is Kind.STATE and node not in replacement:
-            return None
+    if not dag.symbols_in(roots, Kind.STATE).keys() <= replacement.keys():
+        return None
     new = dag.substitute(roots, replacement)
     count = len(speeds.values)
     return _moving(dag, new[:count], new[count:])

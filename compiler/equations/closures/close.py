@@ -128,15 +128,11 @@ class _Closing:
     def _conditions_on_states(self) -> Conditions:
         """The conditions with the states that they hold, and their derivatives by these."""
         dag, nodes = self._dag, self._rows.conditions
-        held = {
-            leaf.index
-            for leaf in map(dag.symbol_of, dag.reachable(nodes))
-            if leaf is not None and leaf.kind is Kind.STATE
-        }
+        held = {leaf.index for leaf in dag.symbols_in(nodes, Kind.STATE).values()}
         impulses = set(self._responses.impulses)
         for condition, node in zip(self._graph.conditions, nodes, strict=True):
-            for leaf in map(dag.symbol_of, dag.reachable([node])):
-                if leaf is None or leaf.kind in {Kind.PARAM, Kind.TIME}:
+            for leaf in dag.symbols_in([node]).values():
+                if leaf.kind in {Kind.PARAM, Kind.TIME}:
                     continue
                 state = self._program.states[leaf.index] if leaf.kind is Kind.STATE else None
                 if state is None or state.kind == "algebraic" or leaf.index in impulses:

@@ -93,9 +93,8 @@ def _require_rates(program: Program, variables: Variables, flows: Sequence[Node]
     dag = program.dag
     coupled = {m.row for m in program.mass or () if m.row != m.column or m.value != dag.one}
     for flow, multiplier in zip(flows, variables.multipliers, strict=True):
-        for node in dag.reachable([flow]):
-            leaf = dag.symbol_of(node)
-            if leaf is None or leaf.kind in {Kind.PARAM, Kind.TIME}:
+        for leaf in dag.symbols_in([flow]).values():
+            if leaf.kind in {Kind.PARAM, Kind.TIME}:
                 continue
             is_state = leaf.kind is Kind.STATE and leaf.index not in coupled
             if not is_state or program.states[leaf.index].kind == "algebraic":

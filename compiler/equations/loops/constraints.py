@@ -38,22 +38,17 @@ def derivative_with_unknown(
     dag, is_zero = variables.dag, variables.causal.fingerprints.is_zero
     node = right
     for order in range(1, _MOST_DIFFERENTIATIONS + 1):
-        held = {n: s for n in dag.reachable([node]) if (s := dag.symbol_of(n)) is not None}
-        if any(symbol.kind is Kind.INPUT for symbol in held.values()):
+        if dag.symbols_in([node], Kind.INPUT):
             return None
         direction = {dag.symbol(Kind.TIME): dag.one}
-        for state, symbol in held.items():
-            if symbol.kind is Kind.STATE:
-                rate = _rate(resolver, symbol.index)
-                if rate is None:
-                    return None
-                direction[state] = rate
+        for state, symbol in dag.symbols_in([node], Kind.STATE).items():
+            rate = _rate(resolver, symbol.index)
+            if rate is None:
+                return None
+            direction[state] = rate
         node = directional_derivative(dag, node, direction)
-        found = [
-            n
-            for n in dag.reachable([node])
-            if (s := dag.symbol_of(n)) is not None and s.kind is Kind.STATE and s.index in unknowns
-        ]
+        states = dag.symbols_in([node], Kind.STATE).items()
+        found = [state for state, symbol in states if symbol.index in unknowns]
         if any(not is_zero(slope) for slope in gradient(dag, node, found)):
             text = expanded_text(dag, node, lambda symbol: _name(variables, resolver, symbol))
             return None if text is None else Derivative(order, f"{text} = 0")

@@ -172,12 +172,8 @@ def _moving(variables: Variables, right: Node, place: Mapping[int, int]) -> list
 
 def _states_in(dag: Dag, node: Node, place: Mapping[int, int]) -> dict[Node, int]:
     """The states of a mapping in a node: symbol -> number."""
-    symbols = ((n, dag.symbol_of(n)) for n in dag.reachable([node]))
-    return {
-        node: symbol.index
-        for node, symbol in symbols
-        if symbol is not None and symbol.kind is Kind.STATE and symbol.index in place
-    }
+    states = dag.symbols_in([node], Kind.STATE).items()
+    return {node: symbol.index for node, symbol in states if symbol.index in place}
 
 
 def _linear_in_rates(

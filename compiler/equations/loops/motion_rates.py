@@ -117,10 +117,7 @@ class _Settling:
         unknown: dict[Node, Node] = {}  # algebraic state -> its residual
         waiting = [node]
         while waiting:
-            for inner in dag.reachable([waiting.pop()]):
-                leaf = dag.symbol_of(inner)
-                if leaf is None or leaf.kind not in {Kind.STATE, Kind.INPUT}:
-                    continue
+            for inner, leaf in dag.symbols_in([waiting.pop()], Kind.STATE, Kind.INPUT).items():
                 if leaf.kind is Kind.INPUT:
                     raise self._variables.places.no_rate(symbol, leaf)
                 if inner in direction or inner in unknown:

@@ -123,9 +123,8 @@ class Resolver:
         """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
         residuals, found, waiting = self.residuals(), dict[Node, None](), [of]
         while waiting:
-            for inner in self._dag.reachable([waiting.pop()]):
-                symbol = self._dag.symbol_of(inner)
-                if symbol is None or symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
+            for inner, symbol in self._dag.symbols_in([waiting.pop()]).items():
+                if symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
                     continue
                 found[inner] = None
                 if inner in residuals:

@@ -18,10 +18,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.dag import Dag
 from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.modular import rank_of
 from bgc.algebra.reduction import Reduction
+from bgc.causality.assign import columns_in_value
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
@@ -77,6 +78,7 @@ class _Search:
         self._resistive = frozenset(
             k for k, b in enumerate(self._causal.basis) if b.kind is BasisKind.RESISTANCE
         )
+        self._flows = [dict(entries) for entries in self._causal.flows]  # rows of N
         self._flow: dict[int, dict[int, Node]] = {}  # port -> its row of N, element's sense
         self._skew: list[_Block] = []
         self._still: list[Row] = []  # rows that set the flows through resistances to zero
@@ -153,21 +155,10 @@ class _Search:
 
     def _is_resistance(self, source: Source, port: int) -> bool:
         """Return whether the value of a source depends on its own bond's other variable."""
-        causal, dag = self._causal, self._dag
-        if source.follows:
-            return True
-        if causal.ports[port].role is not Role.EFFORT_SOURCE:
-            return False
-        if dag.level[source.value] < Level.STATE:
-            return False
+        causal = self._causal
         own = self._resistive.intersection(self._flow[port])
-        for symbol in map(dag.symbol_of, dag.reachable([source.value])):
-            if symbol is not None and symbol.kind in {Kind.EFFORT, Kind.FLOW}:
-                through = (symbol.kind is Kind.EFFORT) == causal.dual[symbol.index]
-                moved = dict(causal.flows[causal.class_of[symbol.index]])
-                if through and not own.isdisjoint(moved):
-                    return True
-        return False
+        read = columns_in_value(causal.graph, causal, causal.ports[port], self._flows)
+        return source.follows or not own.isdisjoint(read)
 
     # --- the equations of free motion ---------------------------------------------------------
 

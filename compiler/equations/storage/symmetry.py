@@ -91,9 +91,9 @@ def _can_differ(variables: Variables, a: Node, b: Node) -> bool:
 
 def _by(graph: FlatGraph, a: Node, b: Node) -> str:
     """Name the parameters that only one of two entries holds."""
-    dag = graph.dag
-    held = [{s for n in dag.reachable([x]) if (s := dag.symbol_of(n)) is not None} for x in (a, b)]
-    indices = sorted(s.index for s in held[0] ^ held[1] if s.kind is Kind.PARAM)
+    held = [graph.dag.symbols_in([x], Kind.PARAM).keys() for x in (a, b)]
+    symbols = graph.dag.symbols_in(held[0] ^ held[1]).values()
+    indices = sorted(symbol.index for symbol in symbols)
     return f", by {listed([graph.parameters[k].name for k in indices])}" if indices else ""
 
 

@@ -291,8 +291,8 @@ class Variables:
                 break
             nodes = dag.substitute(nodes, {symbol: start[symbol] for symbol in held})
         values = dict(self._certifier.defaults)
-        for leaf in map(dag.symbol_of, dag.reachable(nodes)):
-            if leaf is not None and leaf not in values:
+        for leaf in dag.symbols_in(nodes).values():
+            if leaf not in values:
                 if leaf.kind in _NOT_BEFORE:
                     return None
                 values[leaf] = 0.0

@@ -143,16 +143,10 @@ def _capacity_of_inertias(
 
 
 def _refuse_foreign(dag: Dag, storage: Storage, own: set[Node]) -> None:
-    for node in dag.reachable(nodes_of(storage.law)):
-        symbol = dag.symbol_of(node)
-        if symbol is not None and dag.level[node] > Level.PARAM and node not in own:
-            raise BgError(
-                [
-                    storage_messages.variable_storage(
-                        storage.span, storage.name, _in_words(symbol.kind)
-                    )
-                ]
-            )
+    for node, symbol in dag.symbols_in(nodes_of(storage.law)).items():
+        if dag.level[node] > Level.PARAM and node not in own:
+            what = _in_words(symbol.kind)
+            raise BgError([storage_messages.variable_storage(storage.span, storage.name, what)])
 
 
 def _in_words(kind: Kind) -> str:
