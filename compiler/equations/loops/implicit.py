@@ -14,6 +14,7 @@ from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.matching import match
 from bgc.algebra.reduction import Reduction
+from bgc.algebra.strong_components import all_components
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.constraints import derivative_with_unknown
@@ -53,25 +54,13 @@ def _unknowns_in(
     variables: Variables, residuals: Sequence[Node], unknowns: Sequence[Node]
 ) -> list[int]:
     """For each residual the set (bits) of unknowns that it holds through all definitions."""
-    bit = {unknown: 1 << k for k, unknown in enumerate(unknowns)}
-    found: dict[Node, int] = dict(bit)
-    for root in residuals:
-        if root in found:
-            continue
-        stack = [(root, iter(_parts(variables, root)))]
-        found[root] = 0
-        while stack:
-            node, parts = stack[-1]
-            for part in parts:
-                if part not in found:
-                    found[part] = 0
-                    stack.append((part, iter(_parts(variables, part))))
-                    break
-                found[node] |= found[part]
-            else:
-                stack.pop()
-                if stack:
-                    found[stack[-1][0]] |= found[node]
+    found = {unknown: 1 << k for k, unknown in enumerate(unknowns)}
+    for members in all_components(residuals, lambda node: _parts(variables, node)):
+        held = 0
+        for node in members:
+            for part in (node, *_parts(variables, node)):
+                held |= found.get(part, 0)
+        found |= dict.fromkeys(members, held)
     return [found[root] for root in residuals]
 
 

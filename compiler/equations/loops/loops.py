@@ -17,6 +17,7 @@ from bgc.algebra.inversion import solve_for
 from bgc.algebra.linear import LinearForm, linear_form
 from bgc.algebra.modular import Solutions, solutions_of
 from bgc.algebra.signs import Signs
+from bgc.algebra.strong_components import strong_components
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
@@ -185,19 +186,8 @@ class _Loop:
         order: list[Node] = []
         roots = [node for symbol in torn for node in self._needs(symbol)]
         for root in (*roots, *self._symbols):
-            if root in done or root not in self._members:
-                continue
-            stack = [(root, self._inside(root))]
-            entered = {root}
-            while stack:
-                node, needs = stack[-1]
-                for needed in needs:
-                    if needed not in done and needed not in entered:
-                        entered.add(needed)
-                        stack.append((needed, self._inside(needed)))
-                        break
-                else:
-                    stack.pop()
+            if root not in done and root in self._members:
+                for (node,), _ in strong_components(root, self._inside, done.__contains__):
                     done.add(node)
                     order.append(node)
         return order
