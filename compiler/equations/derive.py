@@ -271,7 +271,7 @@ def _started_by_loops(
 
     A modulus that reads a flow of the elements that it connects is such a loop.
     """
-    unknowns = set(resolver.residuals())
+    unknowns = set(resolver.residuals)
     names = {
         name
         for state in states

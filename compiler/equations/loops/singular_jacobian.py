@@ -44,7 +44,7 @@ def require_determined(
     """
     rows = [*rows, *_loop_rows(variables, resolver, rows)]
     symbols = {variables.dag.symbol(Kind.STATE, number): number for number in names}
-    symbols |= {symbol: _number(variables, symbol) for symbol in resolver.residuals()}
+    symbols |= {symbol: _number(variables, symbol) for symbol in resolver.residuals}
     slopes = [_slopes(variables, row, symbols) for row in rows]
     for group in groups_sharing(slopes):
         columns = {column for i in group for column in slopes[i]}
@@ -65,7 +65,7 @@ def _residue(variables: Variables, node: Node) -> int:
 
 def _loop_rows(variables: Variables, resolver: Resolver, rows: Sequence[Row]) -> list[Row]:
     """The rows of the unknowns of loops that the equations depend on."""
-    residuals, found = resolver.residuals(), dict[Node, Row]()
+    residuals, found = resolver.residuals, dict[Node, Row]()
     waiting = [row.right for row in rows if not row.entries]
     while waiting:
         for node in variables.dag.reachable([waiting.pop()]):

@@ -46,6 +46,7 @@ class Resolver:
         self._equation_of = equation_of
         self.final: dict[Node, Node] = {}
         self.algebraic: list[AlgebraicState] = []
+        self.residuals: dict[Node, Node] = {}  # of the unknowns of loops, all as final nodes
         self.loops: list[Loop] = []
         self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
         self._first_algebraic = len(states)
@@ -116,27 +117,20 @@ class Resolver:
             rate = self._rates.get(symbol.index) if symbol and symbol.kind is Kind.STATE else None
             if rate is not None:
                 yield rate
-            elif inner not in self.residuals():
+            elif inner not in self.residuals:
                 raise self._variables.places.no_rate(node, symbol)
 
     def _varying_in(self, of: Node) -> list[Node]:
         """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
-        residuals, found, waiting = self.residuals(), dict[Node, None](), [of]
+        found, waiting = dict[Node, None](), [of]
         while waiting:
             for inner, symbol in self._dag.symbols_in([waiting.pop()]).items():
                 if symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
                     continue
                 found[inner] = None
-                if inner in residuals:
-                    waiting.append(residuals[inner])
+                if inner in self.residuals:
+                    waiting.append(self.residuals[inner])
         return list(found)
-
-    def residuals(self) -> dict[Node, Node]:
-        """The residual of each unknown of a loop, as a final node."""
-        return {
-            self._dag.symbol(Kind.STATE, self._first_algebraic + k): state.residual
-            for k, state in enumerate(self.algebraic)
-        }
 
     def _finish(self, node: Node) -> Node:
         """The final node of one whose needs are all final."""
@@ -161,19 +155,24 @@ class Resolver:
 
     def _rate(self, of: Node) -> Node:
         dag = self._dag
+        rates, unknown = self._moving(of)
         direction = {dag.symbol(Kind.TIME): dag.one}
-        residuals = self.residuals()
-        unknown = {}
-        for inner in self._varying_in(of):
-            symbol = dag.symbol_of(inner)
-            assert symbol is not None
-            if inner in residuals:
-                unknown[inner] = residuals[inner]
-            else:
-                direction[inner] = self.final[self._rates[symbol.index]]
+        direction |= {inner: self.final[rate] for inner, rate in rates.items()}
         fingerprints = self._variables.causal.fingerprints
         direction |= implicit_rates(dag, fingerprints, unknown, direction)
         return directional_derivative(dag, of, direction)
+
+    def _moving(self, of: Node) -> tuple[dict[Node, Node], dict[Node, Node]]:
+        """The raw rates of the states in a final node, and the residuals of the unknowns in it."""
+        rates, unknown = dict[Node, Node](), dict[Node, Node]()
+        for inner in self._varying_in(of):
+            symbol = self._dag.symbol_of(inner)
+            assert symbol is not None
+            if inner in self.residuals:
+                unknown[inner] = self.residuals[inner]
+            else:
+                rates[inner] = self._rates[symbol.index]
+        return rates, unknown
 
     def _close(self, members: list[Node]) -> None:
         """Solve an algebraic loop; what is not linear becomes algebraic states."""
@@ -186,7 +185,10 @@ class Resolver:
             self._first_algebraic + len(self.algebraic),
         )
         self.final.update(solved.final)
-        self.algebraic.extend(solved.states)
+        for state in solved.states:
+            number = self._first_algebraic + len(self.algebraic)
+            self.residuals[self._dag.symbol(Kind.STATE, number)] = state.residual
+            self.algebraic.append(state)
         self.resolve_all(members)  # a rate whose weight is zero needs what no unknown needs
         if solved.states or not self._is_one_law(members):
             self.loops.append(solved.loop)
@@ -204,14 +206,7 @@ class Resolver:
         return found
 
     def _rate_terms(self, of: Node) -> RateTerms:
-        rates, unknown, residuals = dict[Node, Node](), dict[Node, Node](), self.residuals()
-        for inner in self._varying_in(of):
-            symbol = self._dag.symbol_of(inner)
-            assert symbol is not None
-            if inner in residuals:
-                unknown[inner] = residuals[inner]
-            else:
-                rates[inner] = self._rates[symbol.index]
+        rates, unknown = self._moving(of)
         return rate_terms(self._dag, self._variables.causal.fingerprints, of, rates, unknown)
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:

@@ -118,7 +118,7 @@ def _moved_by(
     """Further elements whose states the conditions of junctions contain."""
     known = {element.storage.name for element in chosen}
     names = set[str]()
-    for number in states_in(variables.dag, [g.node for g in given], resolver.residuals()):
+    for number in states_in(variables.dag, [g.node for g in given], resolver.residuals):
         if number < len(states):
             names.update(states[number].stores)
     return [e for e in elements if e.storage.name in names - known]
