@@ -171,7 +171,7 @@ def _resolved(system: _System) -> _Unsettled:
         positive=(),
         dropped=(),
         kept=graph.kept,
-        divisors=tuple(divisors),
+        divisors=(*divisors, *resolver.divisors),
         jumps=jumps,
         held=held,
         rates=graph.rates,
@@ -186,18 +186,14 @@ def _resolved(system: _System) -> _Unsettled:
 def _with_motions(system: _System, unsettled: _Unsettled) -> Program:
     """Settle the speeds of motions, and list all loops, and all that their pivots rely on."""
     variables, resolver = system.variables, system.resolver
-    program = replace(
-        unsettled.program, divisors=(*unsettled.program.divisors, *variables.final_divisors)
-    )
-    before = len(variables.final_divisors)
-    settled, speeds = settle_motions(program, variables, resolver, system.numbers)
+    settled, speeds = settle_motions(unsettled.program, variables, resolver, system.numbers)
     added = algebraic_states(variables, speeds)
     size = len(settled.states) + len(added)
     return replace(
         settled,
         states=(*settled.states, *added),
         mass=_mass(system.causal.graph, len(system.stored), size, system.rows),
-        divisors=(*settled.divisors, *variables.final_divisors[before:]),
+        divisors=(*settled.divisors, *speeds.divisors),
         positive=_positive(system.causal, variables, system.elements),
         loops=(*resolver.loops, *speeds.loops),
     )

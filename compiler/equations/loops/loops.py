@@ -37,11 +37,15 @@ class AlgebraicState:
 
 @dataclass(frozen=True, slots=True)
 class Solved:
-    """A solved loop: final nodes of its members, its algebraic states, and its report."""
+    """A solved loop: final nodes of its members, its algebraic states, and its report.
+
+    `divisors` are the pivots that a run watches.
+    """
 
     final: dict[Node, Node]
     states: list[AlgebraicState]
     loop: Loop
+    divisors: Sequence[Divisor] = ()
 
 
 def solve_loop(
@@ -71,7 +75,7 @@ def solve_loop(
         solution = loop.solve_linear(system)
         if solution is not None:
             report = loop.report(torn, system.kind, LoopSolution.ELIMINATION)
-            return Solved(loop.evaluate(order, solution), [], report)
+            return Solved(loop.evaluate(order, solution), [], report, loop.divisors)
     dag = variables.dag
     solution = {symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)}
     final = loop.evaluate(order, solution)
@@ -119,6 +123,7 @@ class _Loop:
             raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
         self._signs = Signs(self._dag, variables.defaults)
+        self.divisors: list[Divisor] = []  # pivots of the solution that may vanish
 
     def _target(self, symbol: Node) -> Node:
         """The raw node that defines a symbol, or the residual of an unknown; not of a rate."""
@@ -281,7 +286,7 @@ class _Loop:
         if unsafe:
             return None
         what, span = f"a divisor of the algebraic loop at `{name}`", places.span_of(system.torn[0])
-        self._variables.final_divisors += [Divisor(node, what, span) for node in doubtful]
+        self.divisors = [Divisor(node, what, span) for node in doubtful]
         return dict(zip(system.torn, values, strict=True))
 
     def _preference(self, node: Node) -> int:

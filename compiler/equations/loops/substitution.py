@@ -16,7 +16,7 @@ from bgc.equations.loops.loops import AlgebraicState, solve_loop
 from bgc.equations.loops.rates import RateTerms, implicit_rates, rate_terms
 from bgc.equations.variables.definitions import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Node
-from bgc.ir.program import Loop, ProgramState
+from bgc.ir.program import Divisor, Loop, ProgramState
 
 _FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.START, Kind.SPEED})
 _FINAL = _FREE | {Kind.STATE}  # in final nodes, where a state is its number in the program
@@ -48,6 +48,7 @@ class Resolver:
         self.algebraic: list[AlgebraicState] = []
         self.residuals: dict[Node, Node] = {}  # of the unknowns of loops, all as final nodes
         self.loops: list[Loop] = []
+        self.divisors: list[Divisor] = []  # of loops, which may vanish
         self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
         self._first_algebraic = len(states)
         self._declared = len(variables.causal.graph.states)
@@ -185,6 +186,7 @@ class Resolver:
             self._first_algebraic + len(self.algebraic),
         )
         self.final.update(solved.final)
+        self.divisors += solved.divisors
         for state in solved.states:
             number = self._first_algebraic + len(self.algebraic)
             self.residuals[self._dag.symbol(Kind.STATE, number)] = state.residual

@@ -95,7 +95,6 @@ class Variables:
         )
         self.watched: list[PositiveParameter] = []
         self.raw_divisors: list[Divisor] = []
-        self.final_divisors: list[Divisor] = []
         self.ignored_defaults: list[str] = []  # storage elements
         self.starting: set[int] = set()  # elements with conditions of their start (`start/`)
         self.given_junctions: set[int] = set()  # elements that set the flows of inertias
