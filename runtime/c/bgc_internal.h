@@ -52,16 +52,12 @@ size_t bgc_saved_count(const bgc_model *m);
 
 /* --- linear.c */
 bgc_pivoting bgc_choose_checks(long count, double growth, int *watched);
-bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c);
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
-bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
 int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
 int bgc_rounded_pivot(int n, const double *lu);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
 int bgc_reserve_dense(const bgc_model *m, bgc_data *d);
 int bgc_make_room(double **matrix, size_t *room, size_t n);
-void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d);
-void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 
 /* --- least_squares.c */
 typedef struct { /* n equations in n unknowns; the functions return whether all is finite */
@@ -149,6 +145,7 @@ void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 
 /* --- checks.c */
+void bgc_reset_corrections(const bgc_model *m, bgc_data *d);
 void bgc_report_correction(const bgc_model *m, bgc_data *d);
 int bgc_first_bad(int n, const double *v);
 int bgc_coupled_rate(const bgc_model *m, const bgc_data *d);

@@ -3,6 +3,7 @@
 #include "bgc_internal.h"
 
 #include <math.h>
+#include <string.h>
 
 /* A correction relative to the range of a state. An oscillation at 0.9 radians a step reaches this;
  * steps that resolve their motion stay below 0.1, most of them far below. */
@@ -59,6 +60,15 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
         }
     }
     return BGC_OK;
+}
+
+/* At the start of a run: no corrections yet (corrections.c). */
+void bgc_reset_corrections(const bgc_model *m, bgc_data *d) {
+    const size_t size = (size_t)m->n_state * sizeof *d->x;
+
+    memset(d->correction, 0, size);
+    memset(d->corrected_at, 0, size);
+    memset(d->range, 0, size);
 }
 
 /* Reports in the counts the largest correction that shows too long a step. States without a rate may

@@ -9,15 +9,6 @@
 
 #include <string.h>
 
-/* At the start of a run. */
-void bgc_reset_corrections(const bgc_model *m, bgc_ivp *d) {
-    const size_t size = (size_t)m->n_state * sizeof *d->x;
-
-    memset(d->correction, 0, size);
-    memset(d->corrected_at, 0, size);
-    memset(d->range, 0, size);
-}
-
 /* A method of one stage is compared with the step before, whose stage is kept where a second stage
  * would be. */
 static void keep_stage(const bgc_model *m, bgc_ivp *d) {
@@ -71,7 +62,7 @@ static inline number correction_of(const correction_terms *of, int both, number 
 
 /* Raises the ranges of states, and `excess` by how much their corrections are above the largest so far. Inlined with
  * a constant `both`. */
-static inline void raise_ranges(const correction_terms *of, int both, number_mask together,
+static inline void raise_ranges(const correction_terms *of, int both,
                                 const number *restrict u0, const number *restrict u1,
                                 const number *restrict u2, const number *restrict u3,
                                 const number *restrict next, const number *restrict correction,
@@ -79,7 +70,7 @@ static inline void raise_ranges(const correction_terms *of, int both, number_mas
     for (int l = 0; l < BGC_CHUNK; l++) {
         const number now = number_fabs(next[l]), most = range[l];
         const number above = correction_of(of, both, u0[l], u1[l], u2[l], u3[l]) - correction[l];
-        range[l] = number_select((now > most) & together, now, most);
+        range[l] = number_select(now > most, now, most);
         excess[l] += number_select(above > number_of(0.0), above, number_of(0.0));
     }
 }
@@ -113,10 +104,10 @@ void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *met
     memset(excess, 0, sizeof excess);
     for (size_t i = 0; i < bgc_chunked(m->n_state); i += BGC_CHUNK) {
         if (of.both) {
-            raise_ranges(&of, 1, together, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
+            raise_ranges(&of, 1, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
                          d->correction + i, d->range + i, excess);
         } else {
-            raise_ranges(&of, 0, together, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
+            raise_ranges(&of, 0, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
                          d->correction + i, d->range + i, excess);
         }
     }

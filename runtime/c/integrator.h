@@ -19,57 +19,8 @@
 typedef bgc_batch bgc_ivp; /* lanes/batch.h, which comes first */
 typedef bgc_lane_accounts bgc_accounts;
 
-#define bgc_combine bgc_batch_combine
-#define bgc_norm bgc_batch_norm
-#define bgc_norm_within bgc_batch_norm_within
-#define bgc_multiply_mass bgc_batch_multiply_mass
-#define bgc_raise_to_least_part bgc_batch_raise_to_least_part
-#define bgc_backward_error bgc_batch_backward_error
-#define bgc_evaluate_f bgc_batch_evaluate_f
-#define bgc_evaluate_jacobian bgc_batch_evaluate_jacobian
-#define bgc_factorise bgc_batch_factorise
-#define bgc_solve bgc_batch_solve
-#define bgc_rosenbrock bgc_batch_rosenbrock
-#define bgc_runge_kutta bgc_batch_runge_kutta
-#define bgc_sum_stages bgc_batch_sum_stages
-#define bgc_interpolate_stages bgc_batch_interpolate_stages
-#define bgc_store_dense bgc_batch_store_dense
-#define bgc_interpolate bgc_batch_interpolate
-#define bgc_interpolate_all bgc_batch_interpolate_all
-#define bgc_interpolate_some bgc_batch_interpolate_some
-#define bgc_dense_slope bgc_batch_dense_slope
-#define bgc_dense_error bgc_batch_dense_error
-#define bgc_integrate_energy bgc_batch_integrate_energy
-#define bgc_balance_step bgc_batch_balance_step
-#define bgc_drift_error bgc_batch_drift_error
-#define bgc_enter_balance bgc_batch_enter_balance
-#define bgc_accept bgc_batch_accept
-#define bgc_evaluate_row bgc_batch_evaluate_row
-#define bgc_attempt_adaptive bgc_batch_attempt_adaptive
-#define bgc_begin_attempt bgc_batch_begin_attempt
-#define bgc_wanted_step bgc_batch_wanted_step
-#define bgc_give_up bgc_batch_give_up
-#define bgc_shorten bgc_batch_shorten
-#define bgc_advances bgc_batch_advances
-#define bgc_rejects bgc_batch_rejects
-#define bgc_completes bgc_batch_completes
-#define bgc_passes bgc_batch_passes
-#define bgc_finish_step bgc_batch_finish_step
-#define bgc_samples_rounding bgc_batch_samples_rounding
-#define bgc_try_perturbed bgc_batch_try_perturbed
-#define bgc_judge_rounding bgc_batch_judge_rounding
-#define bgc_follow_subtolerance bgc_batch_follow_subtolerance
-#define bgc_reset_corrections bgc_batch_reset_corrections
-#define bgc_record_correction bgc_batch_record_correction
-#define bgc_continue_estimate bgc_batch_continue_estimate
-#define bgc_present_method bgc_batch_present_method
-#define bgc_reset_choice bgc_batch_reset_choice
-#define bgc_change_method bgc_batch_change_method
-#define bgc_choose_method bgc_batch_choose_method
-#define bgc_count_rejection bgc_batch_count_rejection
-#define bgc_choose_fixed_method bgc_batch_choose_fixed_method
-#define bgc_return_from_partner bgc_batch_return_from_partner
-#define bgc_rejects_explicit_step bgc_batch_rejects_explicit_step
+/* The names are those of the functions for one instance, so that they stay within the unit of a batch. */
+#define BGC_TWICE static
 
 /* The functions of the model. */
 static inline const bgc_lane_model *bgc_functions(const bgc_model *m, const bgc_ivp *d) {
@@ -98,9 +49,9 @@ static inline double bgc_largest_together(const bgc_ivp *d, number v) {
     return fmax(0.0, bgc_largest_in(d->active & ~d->single, v));
 }
 number_mask bgc_together(const bgc_ivp *d);
-unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+unsigned bgc_bad_lanes(const bgc_batch *b, int n, const lane *v);
 static inline int bgc_is_finite(const bgc_ivp *d, int n, const number *v) {
-    return bgc_batch_bad(d, n, v) == 0;
+    return bgc_bad_lanes(d, n, v) == 0;
 }
 
 /* The lanes that are active, as a set: those that leave a perturbed attempt come back. */
@@ -117,12 +68,12 @@ static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, nu
 }
 
 /* One step of the method: bgc_family. */
-bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
 static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
     return method->family->jacobian ? bgc_rosenbrock(m, d, method, h) : bgc_runge_kutta(m, d, method, h);
 }
-int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     return bgc_interpolate_stages(m, d, method);
 }
@@ -163,7 +114,7 @@ static inline void bgc_replace_present(const bgc_model *m, bgc_ivp *d) {
     d->spare = before;
 }
 
-bgc_status bgc_give_up(bgc_ivp *d);
+BGC_TWICE bgc_status bgc_give_up(bgc_ivp *d);
 void bgc_limit_next(bgc_ivp *d, double h);
 
 /* State i has passed a multiple of its tolerance where `changed`, in a step to t. */
@@ -182,6 +133,8 @@ static inline void bgc_enter_rounding(bgc_ivp *d, number_mask found, number nois
 
 typedef bgc_data bgc_ivp;
 typedef bgc_core bgc_accounts;
+
+#define BGC_TWICE
 
 static inline const bgc_model *bgc_functions(const bgc_model *m, const bgc_ivp *d) {
     (void)d;
@@ -289,97 +242,96 @@ typedef struct {
 } bgc_balance;
 
 /* --- vectors.c */
-void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
-                 number *out);
-number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
-                       const number *b, double rtol, double atol, number reached);
-number bgc_norm(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
-                const number *b);
-void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const number *v, number *out);
+BGC_TWICE void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
+                           number *out);
+BGC_TWICE number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
+                                 const number *b, double rtol, double atol, number reached);
+BGC_TWICE number bgc_norm(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
+                          const number *b);
+BGC_TWICE void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const number *v, number *out);
 
 /* --- backward_error.c */
-void bgc_raise_to_least_part(const bgc_model *m, bgc_ivp *d);
-number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b, const number *x);
+BGC_TWICE void bgc_raise_to_least_part(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b, const number *x);
 
 /* --- linear.c, lanes/lane_stages.c */
-bgc_status bgc_factorise(const bgc_model *m, bgc_ivp *d, double c);
-bgc_status bgc_solve(const bgc_model *m, bgc_ivp *d, number *b);
+BGC_TWICE bgc_status bgc_factorise(const bgc_model *m, bgc_ivp *d, double c);
+BGC_TWICE bgc_status bgc_solve(const bgc_model *m, bgc_ivp *d, number *b);
 
 /* --- evaluate.c */
-void bgc_evaluate_f(const bgc_model *m, bgc_ivp *d);
-void bgc_evaluate_jacobian(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE void bgc_evaluate_f(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE void bgc_evaluate_jacobian(const bgc_model *m, bgc_ivp *d);
 
 /* --- rosenbrock.c, explicit.c, stages.c: functions of the families */
-bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
-int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
 /* --- dense.c */
-void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end);
-void bgc_interpolate(const bgc_model *m, bgc_ivp *d, double t, number *x);
-void bgc_interpolate_all(const bgc_model *m, bgc_ivp *d, double t, number *x);
-void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, const int *state,
-                          number *x);
-void bgc_dense_slope(const bgc_model *m, const bgc_ivp *d, number *slope);
+BGC_TWICE void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end);
+BGC_TWICE void bgc_interpolate(const bgc_model *m, bgc_ivp *d, double t, number *x);
+BGC_TWICE void bgc_interpolate_all(const bgc_model *m, bgc_ivp *d, double t, number *x);
+BGC_TWICE void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, const int *state,
+                                    number *x);
+BGC_TWICE void bgc_dense_slope(const bgc_model *m, const bgc_ivp *d, number *slope);
 
 /* --- dense_error.c */
-number bgc_dense_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE number bgc_dense_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
 /* --- accounts.c */
-void bgc_integrate_energy(const bgc_model *m, bgc_ivp *d, double t, number power[2]);
-void bgc_balance_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t,
-                      bgc_balance *balance);
-double bgc_drift_error(bgc_ivp *d, const bgc_balance *balance, double q, double error);
-void bgc_enter_balance(bgc_ivp *d, const bgc_balance *balance);
+BGC_TWICE void bgc_integrate_energy(const bgc_model *m, bgc_ivp *d, double t, number power[2]);
+BGC_TWICE void bgc_balance_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t,
+                                bgc_balance *balance);
+BGC_TWICE double bgc_drift_error(bgc_ivp *d, const bgc_balance *balance, double q, double error);
+BGC_TWICE void bgc_enter_balance(bgc_ivp *d, const bgc_balance *balance);
 
 /* --- acceptance.c */
-void bgc_accept(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance, double t_new);
+BGC_TWICE void bgc_accept(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance, double t_new);
 
 /* --- rows.c */
-void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int inside, number *row);
+BGC_TWICE void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int inside, number *row);
 
 /* --- attempt.c */
-bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
 /* --- attempt_parts.c, lanes/lane_attempt.c: parts of an attempt. Those that return 0 have rejected it. */
-bgc_status bgc_begin_attempt(const bgc_model *m, bgc_ivp *d);
-double bgc_wanted_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
-double bgc_shorten(const bgc_model *m, bgc_ivp *d, double h, double *t_new);
-int bgc_advances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-int bgc_rejects(const bgc_model *m, bgc_ivp *d, const bgc_method *method, number errors,
-                const number *vector, double h, double *error);
-int bgc_completes(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h,
-                  double *t_new);
-int bgc_passes(const bgc_model *m, bgc_ivp *d, double t_new, bgc_status *status);
-bgc_status bgc_finish_step(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance,
-                           double t_new);
+BGC_TWICE bgc_status bgc_begin_attempt(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE double bgc_wanted_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE double bgc_shorten(const bgc_model *m, bgc_ivp *d, double h, double *t_new);
+BGC_TWICE int bgc_advances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE int bgc_rejects(const bgc_model *m, bgc_ivp *d, const bgc_method *method, number errors,
+                          const number *vector, double h, double *error);
+BGC_TWICE int bgc_completes(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h,
+                            double *t_new);
+BGC_TWICE int bgc_passes(const bgc_model *m, bgc_ivp *d, double t_new, bgc_status *status);
+BGC_TWICE bgc_status bgc_finish_step(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance,
+                                     double t_new);
 
 /* --- rounding.c */
-int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method);
-int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-void bgc_judge_rounding(const bgc_model *m, bgc_ivp *d, number error);
+BGC_TWICE int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method);
+BGC_TWICE int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE void bgc_judge_rounding(const bgc_model *m, bgc_ivp *d, number error);
 
 /* --- corrections.c */
-void bgc_reset_corrections(const bgc_model *m, bgc_ivp *d);
-void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t);
+BGC_TWICE void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t);
 
 /* --- followed_states.c */
-void bgc_follow_subtolerance(const bgc_model *m, bgc_ivp *d, double t);
+BGC_TWICE void bgc_follow_subtolerance(const bgc_model *m, bgc_ivp *d, double t);
 
 /* --- spectrum.c */
-bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_ivp *d, double enough);
+BGC_TWICE bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_ivp *d, double enough);
 
 /* --- switching.c */
-const bgc_method *bgc_present_method(const bgc_core *core);
-void bgc_reset_choice(const bgc_model *m, bgc_ivp *d);
-void bgc_change_method(bgc_ivp *d, double t, double cost, int is_trial);
-void bgc_choose_method(const bgc_model *m, bgc_ivp *d, double t, double h);
-void bgc_count_rejection(bgc_ivp *d);
+BGC_TWICE const bgc_method *bgc_present_method(const bgc_core *core);
+BGC_TWICE void bgc_reset_choice(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE void bgc_change_method(bgc_ivp *d, double t, double cost, int is_trial);
+BGC_TWICE void bgc_choose_method(const bgc_model *m, bgc_ivp *d, double t, double h);
+BGC_TWICE void bgc_count_rejection(bgc_ivp *d);
 
 /* --- switching_fixed.c */
-void bgc_choose_fixed_method(const bgc_model *m, bgc_ivp *d);
-int bgc_return_from_partner(bgc_ivp *d);
-int bgc_rejects_explicit_step(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE void bgc_choose_fixed_method(const bgc_model *m, bgc_ivp *d);
+BGC_TWICE int bgc_return_from_partner(bgc_ivp *d);
+BGC_TWICE int bgc_rejects_explicit_step(const bgc_model *m, bgc_ivp *d);
 
 #endif

@@ -11,7 +11,7 @@ static inline size_t bgc_row_width(const bgc_batch *b) {
     return (size_t)b->m->n_output + (b->core.accounts ? 4 : 0);
 }
 
-/* --- lane_stages.c: bgc_batch_bad, bgc_largest_in (integrator.h) */
+/* --- lane_stages.c: bgc_bad_lanes, bgc_largest_in (integrator.h) */
 
 /* --- alone.c */
 void bgc_load_inputs(bgc_batch *b, int count);

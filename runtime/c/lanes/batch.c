@@ -197,7 +197,7 @@ static void write_rows(bgc_batch *b) {
 
     bgc_evaluate_row(b->m, b, t, t < b->core.t - bgc_time_slack(b->core.t, b->core.t_old), b->output);
     if (b->core.accounts) {
-        b->active &= ~bgc_batch_bad(b, 4, b->output + b->m->n_output);
+        b->active &= ~bgc_bad_lanes(b, 4, b->output + b->m->n_output);
     }
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         for (size_t j = 0; ((b->active & ~b->written) >> l & 1u) != 0 && j < width; j++) {

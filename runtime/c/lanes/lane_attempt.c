@@ -27,10 +27,20 @@ void bgc_check_lanes(bgc_batch *b) {
     }
 }
 
+/* Lanes that have taken the step by themselves do not move in that of the batch, which may be far off for them. */
+static void leave_in_place(bgc_batch *b) {
+    for (int l = 0; b->single != 0 && l < BGC_LANE_WIDTH; l++) {
+        for (int i = 0; (b->single >> l & 1u) != 0 && i < b->m->n_state; i++) {
+            lane_set(b->next + i, l, lane_get(b->x[i], l));
+        }
+    }
+}
+
 /* Accepts a step: single lanes repeat it by themselves, for the others it enters counts and accounts. */
 bgc_status bgc_finish_step(const bgc_model *m, bgc_batch *b, const bgc_balance *balance,
                            double t_new) {
     bgc_step_alone(b);
+    leave_in_place(b);
     if (!bgc_is_adaptive(b->method) && b->core.substeps <= 1) {
         bgc_record_correction(m, b, b->method, b->core.t);
     }
@@ -57,7 +67,7 @@ double bgc_resolved_by_all(const bgc_batch *b, double h, unsigned *hidden) {
 
 /* Before an attempt: lanes whose f is not finite leave the batch. */
 bgc_status bgc_begin_attempt(const bgc_model *m, bgc_batch *b) {
-    b->active &= ~bgc_batch_bad(b, m->n_state, b->f);
+    b->active &= ~bgc_bad_lanes(b, m->n_state, b->f);
     return b->active == 0 ? BGC_NOT_FINITE : BGC_OK;
 }
 

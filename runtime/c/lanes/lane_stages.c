@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* The active lanes with an entry that is not finite. */
-unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
+unsigned bgc_bad_lanes(const bgc_batch *b, int n, const lane *v) {
     lane sum = lane_of(0.0);
 
     for (int i = 0; i < n; i++) {
@@ -56,7 +56,7 @@ bgc_status bgc_solve(const bgc_model *m, bgc_batch *b, lane *v) {
     }
 
     /* The right-hand side, and the solution with its inner unknowns. */
-    finite = b->active & ~bgc_batch_bad(b, n, v);
+    finite = b->active & ~bgc_bad_lanes(b, n, v);
     memcpy(b->b, v, (size_t)n * sizeof *v);
     b->kernel->solve(b->lu, v, b->work);
     memcpy(b->wide, v, (size_t)n * sizeof *v);

@@ -36,7 +36,7 @@ static void attempt_fixed(bgc_batch *b) {
     bgc_evaluate_f(m, b);
     bgc_advance_by(m, b, b->method, core->step);
     core->held = (core->held == 0 ? core->keep : core->held) - 1;
-    bad = bgc_batch_bad(b, m->n_state, b->next);
+    bad = bgc_bad_lanes(b, m->n_state, b->next);
     if (bad != 0 ? bgc_return_from_partner(b) : bgc_rejects_explicit_step(m, b)) {
         return;
     }
