@@ -39,10 +39,10 @@ def build(
     *,
     target: str = option(f"{documentation()}.", choices=TARGETS, default="so", show_default=True),
     out: str = option(
-        "Folder to write to; with --target c, - for standard output.",
+        "Folder to write to, or the file (crane.fmu); with --target c, - for standard output.",
         "-o",
         "--out",
-        metavar="DIR",
+        metavar="PATH",
         default=".",
     ),
     more: TargetOptions,
@@ -67,8 +67,20 @@ def build(
     if out == "-":
         print_text(next(iter(made.files.values())).decode())
     else:
-        paths = write_files(Path(out), {**made.files, **made.companions})
-        print_paths(path for path in paths if path.name in made.files)
+        paths = write_files(*_placed(Path(out), {**made.files, **made.companions}))
+        print_paths(paths[: len(made.files)])
+
+
+def _placed(out: Path, files: Mapping[str, bytes]) -> tuple[Path, dict[str, bytes]]:
+    """The folder and its files; `-o crane.fmu` names the file of that kind, and others alike."""
+    stem = next((Path(name).stem for name in files if Path(name).suffix == out.suffix != ""), None)
+    if stem is None or out.is_dir():
+        return out, dict(files)
+    named = {
+        out.stem + name.removeprefix(stem) if name.startswith(stem) else name: data
+        for name, data in files.items()
+    }
+    return out.parent, named
 
 
 def _table(seconds: Mapping[str, float]) -> str:

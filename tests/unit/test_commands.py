@@ -85,6 +85,7 @@ def test_a_changed_file_is_compiled_again(rc):
 
 
 def test_build_makes_one_c_file_that_any_compiler_takes(rc):
+    assert bgc("build", rc, "--target", "c", "-o", "out/own.c").stdout == "out/own.c\n"
     result = bgc("build", rc, "--target", "c", "-o", "out/deep")
     assert result.stdout.split() == ["out/deep/rc.c"]
     strict = (
