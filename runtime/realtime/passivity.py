@@ -123,7 +123,10 @@ class Coupling:
         if self.growth is not None and self.growth > 1 + _GROWTH and not observed:
             yield messages.loop_grows(self.device, self.growth, self.period)
         elif not is_guarded and self.needed > have:
-            yield messages.not_passive(self.device, self.needed, self.damping, self.stiffness)
+            of_stiffness = min(self.stiffness * self.period * (0.5 + self.lag), self.needed)
+            yield messages.not_passive(
+                self.device, self.needed, of_stiffness, self.damping, self.stiffness
+            )
 
 
 # --- the model from sample to sample --------------------------------------------------------

@@ -138,7 +138,10 @@ def test_the_lag_of_a_device_is_that_of_its_own_port(walls: Model) -> None:
 def test_a_loop_that_is_not_passive_is_a_warning() -> None:
     """BG780 without a guard, BG781 where the mass of the device lets it grow."""
     facts = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, None, 0.5, "")
-    assert [w.code for w in facts.warnings()] == ["BG780"]
+    (warning,) = facts.warnings()
+    assert warning.code == "BG780" and "lower the stiffness" in warning.help
+    (damper,) = Coupling("hand", T, 0, 200.0, 9.0, 0.2, None, 0.5, "").warnings()
+    assert "0.1 of it for the stiffness" in damper.message and "lower the damping" in damper.help
     guarded = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, 1.0, 0.5, "sampled port `tip`")
     assert not [*guarded.warnings()]
     partly = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, 1.0, 0.5, "observer `tip`", is_whole=False)

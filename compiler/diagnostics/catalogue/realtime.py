@@ -103,13 +103,16 @@ def no_pointer(device: str | None, have: Sequence[str]) -> Values:
 def python_device_failed(device: str, reason: str) -> None: ...
 @warning(
     "BG780: the force on `{device}` ({stiffness:.4g} N/m) needs a damping of {needed:.4g} N*s/m "
-    "to be passive; {have}",
-    "lower the stiffness, sample faster, or use the guard `SampledPort` or `Observer`",
+    "to be passive, {of_stiffness:.4g} of it for the stiffness; {have}",
+    "lower the {term}, sample faster, or use the guard `SampledPort` or `Observer`",
 )
-def not_passive(device: str, needed: float, damping: float, stiffness: float) -> Values:
-    return {
-        "have": f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
-    }
+def not_passive(
+    device: str, needed: float, of_stiffness: float, damping: float, stiffness: float
+) -> Values:
+    have = f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
+    damper = needed > 2.0 * of_stiffness
+    term = "damping of the coupling, which decides here," if damper else "stiffness"
+    return {"have": have, "term": term}
 
 
 @warning(
