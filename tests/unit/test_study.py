@@ -216,7 +216,7 @@ def test_a_table_of_statistics_takes_the_narrower_form(model):
 
 
 def test_the_memory_of_a_sweep_grows_by_its_observables_only(model):
-    """Instants of 150 runs more would take 8 MB or more, those of a batch on each processor 1 MB."""
+    """Instants of 150 runs more would take 9 MB, those of a batch on each processor 1 MB."""
     peaks = []
     for count in (50, 50, 200):  # the first sweep fills caches
         vary = {"mass": np.linspace(1, 3, count)}
