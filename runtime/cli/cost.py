@@ -9,7 +9,7 @@ from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import command, option
 from bgc.runtime.cli.options import Json, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics, print_tables, print_text
-from bgc.runtime.measuring.scene_cost import CostReport, cost_report
+from bgc.runtime.measuring.scene_cost import CostReport, Measured, cost_report
 from bgc.slicing.slicing_report import dropped_lines, folded_lines
 
 _SIZES = {
@@ -37,7 +37,7 @@ def cost(
 ) -> None:
     """Show the cost of a scene of FILE, what was left out, and the cost of variants.
 
-    A variant fills one slot with another type that fits.
+    A variant fills one slot with another type that fits. Each is compiled and run for a moment.
     """
     report = cost_report(scene.file, scene.options(), variants, progress=not quiet)
     print_diagnostics(report.warnings)
@@ -66,7 +66,7 @@ def _tables(report: CostReport) -> list[Table]:
 def _speed(report: CostReport) -> str:
     measured = report.measured
     speed = f"not measured: {report.unmeasured}" if measured is None else (
-        f"measured: {_time(measured.step_seconds)} a step of {measured.solver}, "
+        f"measured: {_time(measured)} a step of {measured.solver}, "
         f"{measured.real_time_factor:,.3g} x real time"
     )  # fmt: skip
     return (
@@ -76,18 +76,26 @@ def _speed(report: CostReport) -> str:
 
 
 def _variants(report: CostReport) -> Table:
-    def row(slot: str, kind: str, cost: Cost, stiffness: float | None) -> tuple[str, ...]:
+    def row(
+        slot: str, kind: str, cost: Cost, stiffness: float | None, run: Measured | None
+    ) -> tuple[str, ...]:
         numbers = (cost.states, cost.rhs, cost.jacobian, cost.factorisation)
         counts = (f"{number:,}" for number in numbers)
-        return (slot, kind, *counts, _rate(stiffness), _time(report.estimate(cost)))
+        return (slot, kind, *counts, _rate(stiffness), _time(run))
 
     fitting = [
-        row(v.variant.name, v.variant.value, v.cost, v.stiffness) for v in report.variants if v.cost
+        row(v.variant.name, v.variant.value, v.cost, v.stiffness, v.measured)
+        for v in report.variants
+        if v.cost
     ]
-    rows = (row("as it is", "", report.cost, report.stiffness), *fitting) if fitting else ()
+    rows = (
+        (row("as it is", "", report.cost, report.stiffness, report.measured), *fitting)
+        if fitting
+        else ()
+    )
     notes = [
         *(
-            ["times of variants are estimates, by operations"]
+            ["a step: the fastest of short runs in turns; `-` where it does not run"]
             if fitting and report.measured
             else []
         ),
@@ -107,8 +115,8 @@ def _rate(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g} 1/s"
 
 
-def _time(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds * 1e6:.3g} us"
+def _time(run: Measured | None) -> str:
+    return "-" if run is None else f"{run.step_seconds * 1e6:.3g} us"
 
 
 def _as_json(report: CostReport) -> dict[str, Any]:
@@ -128,7 +136,7 @@ def _as_json(report: CostReport) -> dict[str, Any]:
                 "type": v.variant.value,
                 "cost": None if v.cost is None else asdict(v.cost),
                 "stiffness": v.stiffness,
-                "step_seconds": None if v.cost is None else report.estimate(v.cost),
+                "step_seconds": v.measured and v.measured.step_seconds,
                 "refused": v.refused,
             }
             for v in report.variants

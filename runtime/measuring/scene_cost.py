@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from itertools import islice, repeat
 from pathlib import Path
 
 import numpy as np
@@ -22,17 +24,16 @@ from bgc.options import Options
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.runtime.linear.state_space import pencil_eigenvalues
+from bgc.runtime.running.failures import require
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
-from bgc.runtime.running.simulate import method_of, simulate, times_of
+from bgc.runtime.running.simulate import method_of
 
 _MOST_STATES = 1500  # of a Jacobian whose eigenvalues are computed
 _FIXED_STEPS = 2000  # of a measured run
 _ADAPTIVE_SECONDS = 2.0
-_RUNS = 3  # the fastest counts
-# Cost of a step outside the kernels, in operations of the kernels: fitted to the times of a model
-# with two states and of cranes with 37 and 70.
-_STEP_OPERATIONS, _STATE_OPERATIONS = 4000, 40
+_ROUNDS = 10  # in which the scene and its variants take turns; the fastest run of each counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +48,19 @@ class Measured:
     factorisations: float
     solutions: float
 
-    def operations(self, cost: Cost) -> float:
-        """Count the operations of one step, including the stepping outside the kernels."""
-        kernels = cost.operations(self.rhs, self.jacobians, self.factorisations, self.solutions)
-        return kernels + _STEP_OPERATIONS + _STATE_OPERATIONS * cost.states
-
 
 @dataclass(frozen=True, slots=True)
 class VariantCost:
-    """The cost of a variant, or in `refused` the reason why it does not fit."""
+    """The cost of a variant, or in `refused` the reason why it does not fit.
+
+    `measured` is its run, None where it does not run.
+    """
 
     variant: Change
     cost: Cost | None
     stiffness: float | None
     refused: str = ""
+    measured: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,21 +87,15 @@ class CostReport:
     skipped: int
     warnings: tuple[Diagnostic, ...]
 
-    def estimate(self, cost: Cost) -> float | None:
-        """Estimate the seconds of a step from its operations, relative to the measured ones."""
-        if self.measured is None:
-            return None
-        ratio = self.measured.operations(cost) / max(self.measured.operations(self.cost), 1.0)
-        return self.measured.step_seconds * ratio
-
 
 def cost_report(
     path: Path, options: Options, most_variants: int, progress: bool = False
 ) -> CostReport:
     """Compile a scene as it is, without slicing and folding, and with variants of its slots.
 
-    At most `most_variants` are compiled. Only the scene itself is built and run; nothing is
-    measured without a C compiler.
+    At most `most_variants` are compiled. They and the scene are built, and take turns in short
+    runs, so that a machine that is busy for a while slows all of them. Nothing is measured without
+    a C compiler.
 
     Raises
     ------
@@ -115,10 +109,13 @@ def cost_report(
     everything = compile_scene(path, whole, package=package, until="lower")
     found = variants_of(package, ours.graph)
     chosen = found[:most_variants]
+    models = [_loaded(path, options)]
     rows: list[VariantCost] = []
     for variant in tracked(chosen, progress, "compiling variants"):
-        rows.append(_variant_cost(path, options, package, variant))
-    measured, unmeasured = _measured(path, options)
+        changed = with_changes(options, (variant,))
+        rows.append(_variant_cost(path, changed, package, variant))
+        models.append(rows[-1].refused or _loaded(path, changed))
+    own, *others = _measured(models)
     facts = ours.graph.scene
     return CostReport(
         scene=facts.name,
@@ -129,16 +126,18 @@ def cost_report(
         states=tuple(state.name for state in lowered.program.states),
         dropped=lowered.program.dropped,
         folded=ours.folding.parameters,
-        measured=measured,
-        unmeasured=unmeasured,
-        variants=tuple(rows),
+        measured=None if isinstance(own, str) else own,
+        unmeasured=own if isinstance(own, str) else "",
+        variants=tuple(
+            row if isinstance(run, str) else replace(row, measured=run)
+            for row, run in zip(rows, others, strict=True)
+        ),
         skipped=len(found) - len(chosen),
         warnings=ours.warnings,
     )
 
 
-def _variant_cost(path: Path, base: Options, package: Package, variant: Change) -> VariantCost:
-    options = with_changes(base, (variant,))
+def _variant_cost(path: Path, options: Options, package: Package, variant: Change) -> VariantCost:
     try:
         lowered = compile_scene(path, options, package=package, until="lower").lowered
     except BgError as problem:
@@ -182,30 +181,50 @@ def spectral_radius(lowered: Lowered) -> float | None:
     return float(eigenvalues.max(initial=0.0))
 
 
-def _measured(path: Path, options: Options) -> tuple[Measured | None, str]:
-    """Measure the fastest of a few short runs, or return the reason why there is none."""
+def _loaded(path: Path, options: Options) -> LoadedModel | str:
+    """Build and load a scene, or return the reason why that fails."""
     try:
-        model = load_model(path, options)
+        return load_model(path, options)
+    except BgError as problem:
+        return problem.diagnostics[0].message
+
+
+def _measured(models: Sequence[LoadedModel | str]) -> list[Measured | str]:
+    """Measure the fastest of a few short runs of each model, or return why there is none."""
+    rounds = islice(zip(*map(_short_runs, models), strict=True), _ROUNDS)
+    return [min(runs, key=_seconds) for runs in zip(*rounds, strict=True)]
+
+
+def _seconds(run: Measured | str) -> float:
+    return math.inf if isinstance(run, str) else run.step_seconds
+
+
+def _short_runs(model: LoadedModel | str) -> Iterator[Measured | str]:
+    """Run a model from its start again and again, without end; yield why where that fails.
+
+    Processor time counts, which other processes do not consume.
+    """
+    if isinstance(model, str):
+        yield from repeat(model)
+        return
+    try:
         step, duration = model.facts.step, model.facts.duration
         longest = _ADAPTIVE_SECONDS if step is None else _FIXED_STEPS * step
-        end = longest if duration is None else min(duration, longest)
+        end = np.array([longest if duration is None else min(duration, longest)])
         method, _ = method_of(model)
-        times = times_of(model, method, end, every=end)
-        runs = [simulate(model, method, times) for _ in range(_RUNS)]
+        row = np.empty((1, len(model.measured)))
+        with model.started(method, accounts=False) as instance:
+            start = instance.save()
+            while True:
+                begin = time.thread_time()
+                status, _ = instance.run(end, row)
+                seconds = max(time.thread_time() - begin, 1e-9)
+                require(instance, status)
+                counts = instance.counts
+                steps = max(counts["steps"], 1)
+                names = ("rhs", "jacobians", "factorisations", "solves")
+                calls = (counts[name] / steps for name in names)
+                yield Measured(method.name, seconds / steps, float(end[0]) / seconds, *calls)
+                instance.restore(start)
     except BgError as problem:
-        return None, problem.diagnostics[0].message
-    best = min(runs, key=lambda run: run.counts["run_seconds"])
-    counts = best.counts
-    steps, seconds = max(counts["steps"], 1), counts["run_seconds"]
-    return (
-        Measured(
-            solver=best.solver,
-            step_seconds=seconds / steps,
-            real_time_factor=end / seconds if seconds > 0 else float("inf"),
-            rhs=counts["rhs"] / steps,
-            jacobians=counts["jacobians"] / steps,
-            factorisations=counts["factorisations"] / steps,
-            solutions=counts["solves"] / steps,
-        ),
-        "",
-    )
+        yield from repeat(problem.diagnostics[0].message)
