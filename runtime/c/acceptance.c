@@ -1,8 +1,8 @@
 /* acceptance.c: the end of a step that is accepted. */
 #include "bgc_internal.h"
 
-/* Makes d->next the present at t_new, and enters the step into the counts and the accounts. f at the end of the
- * step is kept where it has been evaluated. */
+/* Makes d->next the present at t_new, and enters the step into the counts and the accounts. f at
+ * the end of the step is kept where it has been evaluated. */
 void bgc_accept(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance, double t_new) {
     bgc_core *core = &d->core;
 

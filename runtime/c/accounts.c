@@ -1,4 +1,5 @@
-/* accounts.c: the energy accounts: the energies of a step, their error, and the drift of their balance. */
+/* accounts.c: the energy accounts: the energies of a step, their error, and the drift of their
+ * balance. */
 #include "bgc_internal.h"
 #include "accounts.h"
 
@@ -41,8 +42,8 @@ static void energy_at(const bgc_model *m, bgc_ivp *d, double t, number energy[3]
     bgc_functions(m, d)->energy(d->h, number_of(t), x, d->u_step, energy, d->work);
 }
 
-/* Lobatto quadrature of the powers from the start of the last step to t inside it. Its degree is above
- * the order of the dense output. energy[k] are the energies at its points. */
+/* Lobatto quadrature of the powers from the start of the last step to t inside it. Its degree is
+ * above the order of the dense output. energy[k] are the energies at its points. */
 static void lobatto(const bgc_model *m, bgc_ivp *d, double t, number energy[4][3],
                     number power[2]) {
     const double start = d->core.t_old, length = t - start;
@@ -62,8 +63,8 @@ void bgc_integrate_energy(const bgc_model *m, bgc_ivp *d, double t, number power
     lobatto(m, d, t, energy, power);
 }
 
-/* The energies of a step to t, before or after that becomes the present, and under error control their
- * error. */
+/* The energies of a step to t, before or after that becomes the present, and under error control
+ * their error. */
 void bgc_balance_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t,
                       bgc_balance *balance) {
     const double start = d->core.t_old, length = t - start;
@@ -106,10 +107,11 @@ static number residual_after(const bgc_accounts *a, const bgc_balance *balance) 
            (a->dissipated + balance->dissipated) - a->created;
 }
 
-/* The error by which the drift of the accounts shortens the next step, at most to half. Each step is
- * within its tolerance, but errors of one sign add up over a long run. So the residual added by a step, over
- * the tolerance of an average step's share of the energy, is multiplied by the part of the tolerance of all
- * the energy that the residual has used up: a small residual does not shorten the step. */
+/* The error by which the drift of the accounts shortens the next step, at most to half. Each step
+ * is within its tolerance, but errors of one sign add up over a long run. So the residual added by
+ * a step, over the tolerance of an average step's share of the energy, is multiplied by the part of
+ * the tolerance of all the energy that the residual has used up: a small residual does not shorten
+ * the step. */
 double bgc_drift_error(bgc_ivp *d, const bgc_balance *balance, double q, double error) {
     const double weight = 4.0; /* keeps the residual below half of its tolerance */
     const double steps = (double)(d->core.counts.steps + 1), rtol = d->core.rtol;

@@ -1,7 +1,9 @@
-/* attempt.c: one attempt at a step whose length error control chooses, of one instance or of a batch.
+/* attempt.c: one attempt at a step whose length error control chooses, of one instance or of a
+ * batch.
  *
- * Errors are relative to the tolerances. A batch takes the step that its least accurate instance permits; what an
- * instance or a lane does about an attempt that fails is in step.c and in lanes/lockstep.c.
+ * Errors are relative to the tolerances. A batch takes the step that its least accurate instance
+ * permits; what an instance or a lane does about an attempt that fails is in attempt_parts.c and in
+ * lanes/lane_attempt.c.
  */
 #include "bgc_internal.h"
 #include "accounts.h"
@@ -18,10 +20,10 @@ static double limit_step(const bgc_core *core, double *t_new) {
     return bgc_limit_step(core->t, h, fmin(core->due, core->stop), t_new);
 }
 
-/* The energies of the step and their error. Returns whether the step goes on. A power that grows from nothing has
- * nothing to be relative to at first: then some rejections are enough. */
-static int balances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h, double t_new,
-                    double *error, bgc_balance *balance) {
+/* The energies of the step and their error. Returns whether the step goes on. A power that grows
+ * from nothing has nothing to be relative to at first: then some rejections are enough. */
+static int balances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h,
+                    double t_new, double *error, bgc_balance *balance) {
     bgc_core *core = &d->core;
     const bgc_accounts *a = bgc_accounts_of(d);
     number errors;
@@ -40,8 +42,8 @@ static int balances(const bgc_model *m, bgc_ivp *d, const bgc_method *method, do
     return 1;
 }
 
-/* From the present to the end of a step of the length that step control chooses, or a rejection, which sets a shorter
- * length for the next attempt. A status other than BGC_OK ends the run. */
+/* From the present to the end of a step of the length that step control chooses, or a rejection,
+ * which sets a shorter length for the next attempt. A status other than BGC_OK ends the run. */
 bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = method->error_order + 1;

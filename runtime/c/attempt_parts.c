@@ -1,5 +1,5 @@
-/* attempt_parts.c: parts of an attempt at a step of one instance: what attempt.c and step.c take it from. Those that
- * return 0 have rejected it.
+/* attempt_parts.c: parts of an attempt at a step of one instance: what attempt.c and step.c take it
+ * from. Those that return 0 have rejected it.
  */
 #include "bgc_internal.h"
 #include "control.h"
@@ -18,8 +18,8 @@ static inline int may_meet_event(const bgc_model *m, const bgc_core *core) {
 }
 
 /* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
- * stores the dense output and cuts the step at its first event, whose time and state go to *t_new and
- * d->next. Returns early where the step is too coarse for the algebraic equations. */
+ * stores the dense output and cuts the step at its first event, whose time and state go to *t_new
+ * and d->next. Returns early where the step is too coarse for the algebraic equations. */
 bgc_status bgc_complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double *t_new) {
     const double end = *t_new;
@@ -60,7 +60,8 @@ bgc_status bgc_complete(const bgc_model *m, bgc_data *d, const bgc_method *metho
     return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
-/* Makes d->next the present state at t_new, and handles the event at the end of the step, if any. */
+/* Makes d->next the present state at t_new, and handles the event at the end of the step, if
+ * any. */
 bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                            double t_new) {
     bgc_core *core = &d->core;
@@ -92,8 +93,8 @@ static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *met
     return status;
 }
 
-/* The same in held modes. A law may be undefined beyond its switch (a root of a negative number): then
- * comparisons are made at every stage instead. */
+/* The same in held modes. A law may be undefined beyond its switch (a root of a negative number):
+ * then comparisons are made at every stage instead. */
 bgc_status bgc_advance_held(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double h) {
     const bgc_status status = advance(m, d, method, h);
@@ -138,8 +139,8 @@ static int worst_state(const bgc_model *m, const bgc_data *d, const double *erro
     return k;
 }
 
-/* Rejects an attempt of length h whose error is not finite or above 1; returns whether it does. `error` is raised to
- * it. The state at fault is that of `vector`, where there is one. */
+/* Rejects an attempt of length h whose error is not finite or above 1; returns whether it does.
+ * `error` is raised to it. The state at fault is that of `vector`, where there is one. */
 int bgc_rejects(const bgc_model *m, bgc_data *d, const bgc_method *method, double errors,
                 const double *vector, double h, double *error) {
     const double q = method->error_order + 1;
@@ -172,8 +173,8 @@ bgc_status bgc_begin_attempt(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
-/* A step in held modes to d->next, or a rejection. Where many attempts in a row have failed, it leaves a state at which
- * a law has no finite slope. */
+/* A step in held modes to d->next, or a rejection. Where many attempts in a row have failed, it
+ * leaves a state at which a law has no finite slope. */
 int bgc_advances(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
     bgc_status status;
 
@@ -193,8 +194,8 @@ static int stands_still(const bgc_model *m, const bgc_data *d) {
     for (int i = 0; i < m->n_state; i++) {
         const double change = fabs(d->x[i] - d->y0[i]);
         const double expected = core->counts.last_step * fabs(d->f[i] * d->inverse_mass[i]);
-        const double tolerance = bgc_step_tolerance(fabs(d->x[i]), d->scale[i], core->counts.scale_reached,
-                                                    core->rtol, core->atol);
+        const double tolerance = bgc_step_tolerance(
+            fabs(d->x[i]), d->scale[i], core->counts.scale_reached, core->rtol, core->atol);
         if (expected > tolerance && change < still_part * expected) {
             return 1;
         }
@@ -202,9 +203,9 @@ static int stands_still(const bgc_model *m, const bgc_data *d) {
     return 0;
 }
 
-/* Whether the present may be a point at which J is infinite: the start, an event there, or one of events that
- * follow each other step by step while a state stands still, as beside the root of a law whose piece ends
- * there. */
+/* Whether the present may be a point at which J is infinite: the start, an event there, or one of
+ * events that follow each other step by step while a state stands still, as beside the root of a
+ * law whose piece ends there. */
 static int may_be_singular(const bgc_model *m, const bgc_data *d) {
     const bgc_core *core = &d->core;
     const bgc_counts *counts = &core->counts;
@@ -243,8 +244,8 @@ double bgc_shorten(const bgc_model *m, bgc_data *d, double h, double *t_new) {
     return h;
 }
 
-/* Completes a step of length h, or rejects it: too coarse for the algebraic equations, an event that is not found, a
- * function of states that hides a pulse. */
+/* Completes a step of length h, or rejects it: too coarse for the algebraic equations, an event
+ * that is not found, a function of states that hides a pulse. */
 int bgc_completes(const bgc_model *m, bgc_data *d, const bgc_method *method, double h,
                   double *t_new) {
     bgc_core *core = &d->core;

@@ -1,5 +1,5 @@
-/* backward_error.c: the componentwise backward error of a solution of W x = b, W = c M - J: J. W. Demmel,
- * Applied Numerical Linear Algebra, 2.7. */
+/* backward_error.c: the componentwise backward error of a solution of W x = b, W = c M - J: J. W.
+ * Demmel, Applied Numerical Linear Algebra, 2.7. */
 #include "bgc_internal.h"
 #include "solutions.h"
 
@@ -52,7 +52,8 @@ static void multiply(const bgc_model *m, bgc_ivp *d, const number *v, number *ou
     }
 }
 
-/* d->residual = b - W x; returns the componentwise backward error of x, with a floor for small x. */
+/* d->residual = b - W x; returns the componentwise backward error of x, with a floor for small
+ * x. */
 number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b, const number *x) {
     number worst = number_of(0.0);
 

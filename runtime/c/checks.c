@@ -1,5 +1,5 @@
-/* checks.c: checks of one instance: finite numbers, states that explicit methods can integrate, assertions, and
- * fixed steps that were far too long. */
+/* checks.c: checks of one instance: finite numbers, states that explicit methods can integrate,
+ * assertions, and fixed steps that were far too long. */
 #include "bgc_internal.h"
 
 #include <math.h>
@@ -9,8 +9,8 @@
  * steps that resolve their motion stay below 0.1, most of them far below. */
 static const double unresolved_part = 0.15;
 
-/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and a NaN otherwise, so
- * that finite vectors take one pass without branches. */
+/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and a NaN otherwise,
+ * so that finite vectors take one pass without branches. */
 int bgc_first_bad(int n, const double *v) {
     double sum[BGC_LANES] = {0.0}, all = 0.0;
     int i = 0;
@@ -37,7 +37,8 @@ int bgc_first_bad(int n, const double *v) {
     return -1;
 }
 
-/* The first state whose rate is coupled to others by M, so that explicit methods do not serve; or -1. */
+/* The first state whose rate is coupled to others by M, so that explicit methods do not serve; or
+ * -1. */
 int bgc_coupled_rate(const bgc_model *m, const bgc_data *d) {
     for (int i = 0; i < m->n_state; i++) {
         if (d->inverse_mass[i] == 0.0 && d->algebraic[i] == 0.0) {
@@ -71,8 +72,8 @@ void bgc_reset_corrections(const bgc_model *m, bgc_data *d) {
     memset(d->range, 0, size);
 }
 
-/* Reports in the counts the largest correction that shows too long a step. States without a rate may
- * jump, and do not count. */
+/* Reports in the counts the largest correction that shows too long a step. States without a rate
+ * may jump, and do not count. */
 void bgc_report_correction(const bgc_model *m, bgc_data *d) {
     bgc_counts *counts = &d->core.counts;
 

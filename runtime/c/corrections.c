@@ -2,8 +2,8 @@
  *
  * The change that the last stages of a method make to the result of the earlier ones costs next to
  * nothing to compute. Where steps resolve the motion it is small relative to the range of a state.
- * It is large beyond a pole of the equations, through a stiff stop, and outside the stability region
- * of an explicit method.
+ * It is large beyond a pole of the equations, through a stiff stop, and outside the stability
+ * region of an explicit method.
  */
 #include "bgc_internal.h"
 
@@ -17,16 +17,17 @@ static void keep_stage(const bgc_model *m, bgc_ivp *d) {
 
 enum { MOST_TERMS = 4 }; /* stages of methods with fixed steps */
 
-/* The correction of a state is a sum of stages with their weights; of an explicit method the larger of two, the other
- * one with the weights of sub-steps: the stability polynomial of each vanishes somewhere beyond the stability limit, not
- * both at one place. */
+/* The correction of a state is a sum of stages with their weights; of an explicit method the larger
+ * of two, the other one with the weights of sub-steps: the stability polynomial of each vanishes
+ * somewhere beyond the stability limit, not both at one place. */
 typedef struct {
     int both; /* the other weights count, too */
     double weight[2][MOST_TERMS];
     const number *stage[MOST_TERMS];
 } correction_terms;
 
-/* The terms: stages of a tableau, or one vector that the family fills. Those that are missing have no weight. */
+/* The terms: stages of a tableau, or one vector that the family fills. Those that are missing have
+ * no weight. */
 static correction_terms find_terms(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     const bgc_tableau *tableau = method->tableau;
     correction_terms of = {.both = 0};
@@ -60,8 +61,8 @@ static inline number correction_of(const correction_terms *of, int both, number 
     return both ? number_larger(number_fabs(one), number_fabs(other)) : number_fabs(one);
 }
 
-/* Raises the ranges of states, and `excess` by how much their corrections are above the largest so far. Inlined with
- * a constant `both`. */
+/* Raises the ranges of states, and `excess` by how much their corrections are above the largest so
+ * far. Inlined with a constant `both`. */
 static inline void raise_ranges(const correction_terms *of, int both,
                                 const number *restrict u0, const number *restrict u1,
                                 const number *restrict u2, const number *restrict u3,
@@ -89,8 +90,8 @@ static void keep_largest(const bgc_model *m, bgc_ivp *d, const correction_terms 
     }
 }
 
-/* After a fixed step from t to d->next, before that becomes the present. A method of one stage is compared with the
- * step before. */
+/* After a fixed step from t to d->next, before that becomes the present. A method of one stage is
+ * compared with the step before. */
 void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t) {
     const int compares = method->tableau != NULL && method->tableau->stages == 1;
     const correction_terms of = find_terms(m, d, method);

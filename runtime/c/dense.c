@@ -30,7 +30,8 @@ static inline void make_cubics(double h, const number *restrict y0, const number
                                number *restrict k1, number *restrict k2) {
     for (int l = 0; l < BGC_CHUNK; l++) {
         const number scale = h * inverse_mass[l];
-        bgc_hermite(y1[l] - y0[l], scale * k1[l], scale * f_end[l], scale != number_of(0.0), k1 + l, k2 + l);
+        bgc_hermite(y1[l] - y0[l], scale * k1[l], scale * f_end[l], scale != number_of(0.0),
+                    k1 + l, k2 + l);
     }
 }
 
@@ -53,7 +54,8 @@ static const number *slope_at_end(const bgc_model *m, bgc_ivp *d) {
 
     if (core->t == core->t_old) {
         if (!core->f_at_end) {
-            bgc_functions(m, d)->rhs(d->h, number_of(core->t_end), d->y1, d->u_step, d->error, d->work);
+            bgc_functions(m, d)->rhs(d->h, number_of(core->t_end), d->y1, d->u_step, d->error,
+                                     d->work);
             core->counts.rhs++;
             core->f_at_end = 1;
         }

@@ -6,9 +6,10 @@
 #include <string.h>
 
 /* The error of the dense output in the middle of a step to d->next, over the tolerances, of methods
- * whose error estimate ignores stiff components: L-stability damps these by the end of the step, not
- * within it. The estimate of a method whose stages satisfy the algebraic equations ignores states
- * without a rate too: a step to other roots of the equations has a large defect here. 0 for other methods. */
+ * whose error estimate ignores stiff components: L-stability damps these by the end of the step,
+ * not within it. The estimate of a method whose stages satisfy the algebraic equations ignores
+ * states without a rate too: a step to other roots of the equations has a large defect here. 0 for
+ * other methods. */
 number bgc_dense_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
     const double h = d->core.t_end - d->core.t_old;

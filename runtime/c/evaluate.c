@@ -13,7 +13,8 @@ void bgc_evaluate_f(const bgc_model *m, bgc_ivp *d) {
 /* d->jac and d->dfdt at the present, unless they are valid. */
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_ivp *d) {
     if (!d->core.jac_valid) {
-        bgc_functions(m, d)->jacobian(d->h, number_of(d->core.t), d->x, d->u, d->jac, d->dfdt, d->work);
+        bgc_functions(m, d)->jacobian(d->h, number_of(d->core.t), d->x, d->u, d->jac, d->dfdt,
+                                      d->work);
         d->core.counts.jacobians++;
         d->core.jac_valid = 1;
     }

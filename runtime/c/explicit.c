@@ -10,10 +10,11 @@ static void copy_algebraic(const bgc_ivp *d, const number *from, number *to) {
     }
 }
 
-/* M must be diagonal (bgc_coupled_rate). Where it has empty rows, these are solved at every stage for the
- * states without a rate, so that the others see an ordinary differential equation: E. Hairer,
- * C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
- * Methods, 1989, the indirect approach. In d->next they keep their values of the last stage. */
+/* M must be diagonal (bgc_coupled_rate). Where it has empty rows, these are solved at every stage
+ * for the states without a rate, so that the others see an ordinary differential equation: E.
+ * Hairer, C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by
+ * Runge-Kutta Methods, 1989, the indirect approach. In d->next they keep their values of the last
+ * stage. */
 bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
     const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;

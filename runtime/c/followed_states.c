@@ -11,7 +11,8 @@ static inline void count_changes(const number *restrict x, const number *restric
                                  const number *restrict from, const number *restrict to,
                                  double atol, number part, number *restrict count) {
     for (int l = 0; l < BGC_CHUNK; l++) {
-        const number_mask changed = is_outside(number_fabs(x[l]), atol + part * scale[l], from[l], to[l]);
+        const number_mask changed =
+            is_outside(number_fabs(x[l]), atol + part * scale[l], from[l], to[l]);
         count[l] += number_select(changed, number_of(1.0), number_of(0.0));
     }
 }

@@ -1,10 +1,11 @@
-/* integrator.h: the functions of the integrator that are compiled twice, from one source: on doubles for one
- * instance, and with BGC_IN_LANES on lanes for a batch of instances that take their steps together.
+/* integrator.h: the functions of the integrator that are compiled twice, from one source: on
+ * doubles for one instance, and with BGC_IN_LANES on lanes for a batch of instances that take their
+ * steps together.
  *
- * In both, `number` is the type of numbers (number.h) and `bgc_ivp` that of the data: initial value problems
- * on their way, bgc_data or bgc_batch (lanes/batch.h), whose members have the same names. The differences
- * are the inline functions below: a condition on one instance is a status, on a batch a set of lanes that
- * go on by themselves.
+ * In both, `number` is the type of numbers (number.h) and `bgc_ivp` that of the data: initial value
+ * problems on their way, bgc_data or bgc_batch (lanes/batch.h), whose members have the same names.
+ * The differences are the inline functions below: a condition on one instance is a status, on a
+ * batch a set of lanes that go on by themselves.
  */
 #ifndef BGC_INTEGRATOR_H
 #define BGC_INTEGRATOR_H
@@ -19,7 +20,8 @@
 typedef bgc_batch bgc_ivp; /* lanes/batch.h, which comes first */
 typedef bgc_lane_accounts bgc_accounts;
 
-/* The names are those of the functions for one instance, so that they stay within the unit of a batch. */
+/* The names are those of the functions for one instance, so that they stay within the unit of a
+ * batch. */
 #define BGC_TWICE static
 
 /* The functions of the model. */
@@ -36,8 +38,8 @@ static inline bgc_accounts *bgc_accounts_of(bgc_ivp *d) { return &d->account; }
 static inline number *bgc_exchanged(bgc_ivp *d) { return &d->account.exchanged; }
 static inline number *bgc_newest_radius(bgc_ivp *d) { return &d->newest; }
 
-/* Whether a condition holds in any active lane; the largest number in these, or in those that take the last
- * step together. */
+/* Whether a condition holds in any active lane; the largest number in these, or in those that take
+ * the last step together. */
 static inline int bgc_holds_in_any(const bgc_ivp *d, number_mask condition) {
     return bgc_lanes_where(d, condition) != 0;
 }
@@ -68,10 +70,14 @@ static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, nu
 }
 
 /* One step of the method: bgc_family. */
-BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
-    return method->family->jacobian ? bgc_rosenbrock(m, d, method, h) : bgc_runge_kutta(m, d, method, h);
+BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                    double h);
+BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                     double h);
+static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                        double h) {
+    return method->family->jacobian ? bgc_rosenbrock(m, d, method, h)
+                                    : bgc_runge_kutta(m, d, method, h);
 }
 BGC_TWICE int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
@@ -86,8 +92,8 @@ static inline void bgc_correct_by(const bgc_model *m, bgc_ivp *d, const bgc_meth
     (void)m, (void)d, (void)method, (void)change; /* collocation methods alone */
 }
 
-/* The ends of a step to d->next, for its dense output; d->next becomes the present. Pointers to the arrays change
- * places. */
+/* The ends of a step to d->next, for its dense output; d->next becomes the present. Pointers to the
+ * arrays change places. */
 static inline void bgc_keep_ends(const bgc_model *m, bgc_ivp *d) {
     (void)m;
     d->y0 = d->x;
@@ -124,7 +130,8 @@ void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, doub
 static inline void bgc_enter_rounding(bgc_ivp *d, number_mask found, number noise) {
     d->core.counts.rounding_samples++;
     d->rounding += lane_select(found, lane_of(1.0), lane_of(0.0));
-    d->largest_rounding = lane_select(found, number_larger(d->largest_rounding, noise), d->largest_rounding);
+    d->largest_rounding =
+        lane_select(found, number_larger(d->largest_rounding, noise), d->largest_rounding);
 }
 
 #else
@@ -178,7 +185,8 @@ static inline void bgc_set_active(bgc_ivp *d, unsigned lanes) { (void)d, (void)l
 static inline bgc_status bgc_satisfy_rows(const bgc_model *m, bgc_ivp *d, double t, number *x) {
     return bgc_satisfy(m, d, t, x);
 }
-/* Closes the chains of a state inside the last step. Where that fails, x is as accurate as the step. */
+/* Closes the chains of a state inside the last step. Where that fails, x is as accurate as the
+ * step. */
 static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, number *x) {
     const size_t size = (size_t)m->n_state * sizeof *x;
 
@@ -187,7 +195,8 @@ static inline void bgc_close_inside(const bgc_model *m, bgc_ivp *d, double t, nu
         memcpy(x, d->magnitude, size);
     }
 }
-static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h) {
+static inline bgc_status bgc_advance_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                        double h) {
     return method->family->advance(m, d, method, h);
 }
 static inline int bgc_interpolate_by(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
@@ -215,7 +224,8 @@ static inline void bgc_take_slopes(const bgc_model *m, bgc_ivp *d, number **from
 static inline void bgc_replace_present(const bgc_model *m, bgc_ivp *d) {
     memcpy(d->x, d->next, (size_t)m->n_state * sizeof *d->x);
 }
-static inline void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit, double t) {
+static inline void bgc_follow_where(bgc_ivp *d, int i, number_mask changed, number limit,
+                                    double t) {
     (void)changed;
     bgc_follow_subtolerance_state(d, i, d->next[i], limit, t);
 }
@@ -242,17 +252,20 @@ typedef struct {
 } bgc_balance;
 
 /* --- vectors.c */
-BGC_TWICE void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
-                           number *out);
-BGC_TWICE number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
-                                 const number *b, double rtol, double atol, number reached);
+BGC_TWICE void bgc_combine(int n, int count, const double *weight, const number *vectors,
+                           const number *base, number *out);
+BGC_TWICE number bgc_norm_within(const bgc_model *m, const bgc_ivp *d, const number *v,
+                                 const number *a, const number *b, double rtol, double atol,
+                                 number reached);
 BGC_TWICE number bgc_norm(const bgc_model *m, const bgc_ivp *d, const number *v, const number *a,
                           const number *b);
-BGC_TWICE void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const number *v, number *out);
+BGC_TWICE void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const number *v,
+                                 number *out);
 
 /* --- backward_error.c */
 BGC_TWICE void bgc_raise_to_least_part(const bgc_model *m, bgc_ivp *d);
-BGC_TWICE number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b, const number *x);
+BGC_TWICE number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b,
+                                    const number *x);
 
 /* --- linear.c, lanes/lane_stages.c */
 BGC_TWICE bgc_status bgc_factorise(const bgc_model *m, bgc_ivp *d, double c);
@@ -263,17 +276,20 @@ BGC_TWICE void bgc_evaluate_f(const bgc_model *m, bgc_ivp *d);
 BGC_TWICE void bgc_evaluate_jacobian(const bgc_model *m, bgc_ivp *d);
 
 /* --- rosenbrock.c, explicit.c, stages.c: functions of the families */
-BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
-BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h);
+BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                    double h);
+BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                     double h);
 BGC_TWICE void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 BGC_TWICE int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
 /* --- dense.c */
-BGC_TWICE void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double end);
+BGC_TWICE void bgc_store_dense(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                               double end);
 BGC_TWICE void bgc_interpolate(const bgc_model *m, bgc_ivp *d, double t, number *x);
 BGC_TWICE void bgc_interpolate_all(const bgc_model *m, bgc_ivp *d, double t, number *x);
-BGC_TWICE void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, const int *state,
-                                    number *x);
+BGC_TWICE void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count,
+                                    const int *state, number *x);
 BGC_TWICE void bgc_dense_slope(const bgc_model *m, const bgc_ivp *d, number *slope);
 
 /* --- dense_error.c */
@@ -295,7 +311,8 @@ BGC_TWICE void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int in
 /* --- attempt.c */
 BGC_TWICE bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
-/* --- attempt_parts.c, lanes/lane_attempt.c: parts of an attempt. Those that return 0 have rejected it. */
+/* --- attempt_parts.c, lanes/lane_attempt.c: parts of an attempt. Those that return 0 have rejected
+ * it. */
 BGC_TWICE bgc_status bgc_begin_attempt(const bgc_model *m, bgc_ivp *d);
 BGC_TWICE double bgc_wanted_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 BGC_TWICE double bgc_shorten(const bgc_model *m, bgc_ivp *d, double h, double *t_new);
@@ -314,7 +331,8 @@ BGC_TWICE int bgc_try_perturbed(const bgc_model *m, bgc_ivp *d, const bgc_method
 BGC_TWICE void bgc_judge_rounding(const bgc_model *m, bgc_ivp *d, number error);
 
 /* --- corrections.c */
-BGC_TWICE void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t);
+BGC_TWICE void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                     double t);
 
 /* --- followed_states.c */
 BGC_TWICE void bgc_follow_subtolerance(const bgc_model *m, bgc_ivp *d, double t);

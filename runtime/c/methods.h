@@ -66,7 +66,7 @@ typedef enum {
 typedef struct {
     const char *name;
     int jacobian; /* steps solve systems with W = c M - J; 0: M has to be diagonal */
-    int lanes;    /* lanes/lane_stages.c has the same step for a batch */
+    int lanes;    /* the integrator of batches has the same step (integrator.h) */
     bgc_rows rows;
 
     /* One step of length h from d->x at d->core.t, with f there in d->f, to d->next; the error

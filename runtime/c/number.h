@@ -43,8 +43,8 @@ static inline number number_sqrt(number a) { return sqrt(a); }
 
 #endif
 
-/* Vectors are stored and processed in chunks of so many numbers: loops of fixed length, which compilers
- * vectorise at every level of optimisation. Entries beyond n are zero. */
+/* Vectors are stored and processed in chunks of so many numbers: loops of fixed length, which
+ * compilers vectorise at every level of optimisation. Entries beyond n are zero. */
 static inline size_t bgc_chunked(int n) {
     return ((size_t)n + BGC_CHUNK - 1) / BGC_CHUNK * BGC_CHUNK;
 }

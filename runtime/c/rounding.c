@@ -1,11 +1,12 @@
 /* rounding.c: detection of runs whose steps are limited by the rounding of f.
  *
- * Where f is a small difference of large terms, as in a fine mesh, its rounding errors enter the error
- * estimate. They do not fall with the step as the error does, and error control takes steps that are
- * far too short. At some steps the attempt is made twice, once from a hundredth of the last step before
- * its end, perturbed by a millionth of the tolerance and some units of the last digit. The true error
- * hardly changes, and the rounding errors are independent: the difference of both estimates is their
- * size. The digits alone would not do: beside a large term they may round away.
+ * Where f is a small difference of large terms, as in a fine mesh, its rounding errors enter the
+ * error estimate. They do not fall with the step as the error does, and error control takes steps
+ * that are far too short. At some steps the attempt is made twice, once from a hundredth of the
+ * last step before its end, perturbed by a millionth of the tolerance and some units of the last
+ * digit. The true error hardly changes, and the rounding errors are independent: the difference of
+ * both estimates is their size. The digits alone would not do: beside a large term they may round
+ * away.
  */
 #include "bgc_internal.h"
 #include "tolerance.h"
@@ -21,8 +22,8 @@ static const double shift_of_state = 8.0 * DBL_EPSILON;
 static const double negligible_rounding = 0.05; /* rounding, over the tolerance */
 static const double dominant_rounding = 0.5;    /* rounding, over the error estimate */
 
-/* Shifts the present by a part of the tolerance of each state; sizes and signs follow a low-discrepancy
- * sequence. */
+/* Shifts the present by a part of the tolerance of each state; sizes and signs follow a
+ * low-discrepancy sequence. */
 static void shift_state(const bgc_model *m, bgc_ivp *d) {
     double size = 0.25;
 
@@ -42,9 +43,9 @@ static number_mask rounding_dominates(number noise, number error) {
     return (noise > number_of(negligible_rounding)) & (noise > dominant_rounding * error);
 }
 
-/* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none. Nor do
- * methods that solve algebraic equations after a step: their factors would be those of the perturbed
- * state. */
+/* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none.
+ * Nor do methods that solve algebraic equations after a step: their factors would be those of the
+ * perturbed state. */
 int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method) {
     const bgc_counts *counts = &d->core.counts;
 
@@ -53,8 +54,8 @@ int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method 
            (d->core.algebraic == 0 || method->family->rows != BGC_ROWS_LEFT);
 }
 
-/* Whether the last step ended at the present, and its dense output is at hand where the method needs it
- * here: with stiff equations, a tangent leaves the solution. */
+/* Whether the last step ended at the present, and its dense output is at hand where the method
+ * needs it here: with stiff equations, a tangent leaves the solution. */
 static int follows_step(const bgc_model *m, const bgc_ivp *d, const bgc_method *method) {
     const bgc_core *core = &d->core;
 

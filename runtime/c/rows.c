@@ -4,13 +4,15 @@
 
 #include <string.h>
 
-/* The row at t inside the last step, or at the present; without dense output where t is not inside. */
+/* The row at t inside the last step, or at the present; without dense output where t is not
+ * inside. */
 void bgc_evaluate_row(const bgc_model *m, bgc_ivp *d, double t, int inside, number *row) {
     const bgc_accounts *a = bgc_accounts_of(d);
     const number *x = d->x, *u = d->u;
     number power[2] = {number_of(0.0), number_of(0.0)};
 
-    /* The state at t: dense output, or the present one with its algebraic equations solved exactly. */
+    /* The state at t: dense output, or the present one with its algebraic equations solved
+     * exactly. */
     if (inside) {
         if (d->core.accounts) {
             bgc_integrate_energy(m, d, t, power);

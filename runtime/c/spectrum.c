@@ -1,11 +1,12 @@
 /* spectrum.c: an estimate of the spectral radius of M^-1 df/dx along a run.
  *
- * Power iteration by differences of f: it needs no Jacobian, so that explicit steps have it too, and a
- * product costs one evaluation of f. Two images of a vector give the two dominant eigenvalues, real or
- * a conjugate pair, by Rayleigh-Ritz projection: Y. Saad, Numerical Methods for Large Eigenvalue Problems,
- * 4.1 and 6.2. The vector is kept from one estimate to the next, with some noise added, so that later
- * estimates need few products and find a mode that has become dominant since. Fixed steps take one product
- * at a time, so that none is much longer than the others.
+ * Power iteration by differences of f: it needs no Jacobian, so that explicit steps have it too,
+ * and a product costs one evaluation of f. Two images of a vector give the two dominant
+ * eigenvalues, real or a conjugate pair, by Rayleigh-Ritz projection: Y. Saad, Numerical Methods
+ * for Large Eigenvalue Problems, 4.1 and 6.2. The vector is kept from one estimate to the next,
+ * with some noise added, so that later estimates need few products and find a mode that has become
+ * dominant since. Fixed steps take one product at a time, so that none is much longer than the
+ * others.
  */
 #include "bgc_internal.h"
 
@@ -56,8 +57,8 @@ static number larger_of_two(images s) {
     return number_select(det > nearly_parallel * s.vv * s.uu, larger, number_sqrt(s.vv / s.uu));
 }
 
-/* v += noise in every state, relative to its scale, of norm about 1, times a part: sizes and signs follow
- * low-discrepancy sequences, which begin anew. Returns the squared norm of the sum. */
+/* v += noise in every state, relative to its scale, of norm about 1, times a part: sizes and signs
+ * follow low-discrepancy sequences, which begin anew. Returns the squared norm of the sum. */
 static number add_direction_noise(int n, const number *scale, double part, number *v) {
     const double size_stride = 0.6180339887498949, sign_stride = 0.7548776662466927;
     const double factor = part / sqrt((double)n);
@@ -115,8 +116,8 @@ static bgc_estimate finish_estimate(bgc_spectrum *s, double radius) {
     return BGC_ESTIMATED;
 }
 
-/* After a product, by which the radius is `newest`, and has changed by `change`. The estimate is complete
- * once it settles, or exceeds `enough` by far. */
+/* After a product, by which the radius is `newest`, and has changed by `change`. The estimate is
+ * complete once it settles, or exceeds `enough` by far. */
 static bgc_estimate enter_product(bgc_spectrum *s, double newest, double change, double enough) {
     const int first = s->estimates == 0;
     const double least = fmin(newest, s->newest);
@@ -132,8 +133,8 @@ static bgc_estimate enter_product(bgc_spectrum *s, double newest, double change,
     return BGC_ESTIMATING;
 }
 
-/* image = M^-1 J v at the start of the step under way by a difference of f, where |v| = 1; returns whether it is
- * finite. */
+/* image = M^-1 J v at the start of the step under way by a difference of f, where |v| = 1; returns
+ * whether it is finite. */
 static int find_image(const bgc_model *m, bgc_ivp *d, const number *v, number *image) {
     find_neighbour(m->n_state, d->x, v, d->point);
     bgc_functions(m, d)->rhs(d->h, number_of(d->core.t), d->point, d->u_step, image, d->work);
@@ -161,9 +162,9 @@ static bgc_estimate begin_with_noise(const bgc_model *m, bgc_ivp *d) {
     return find_image(m, d, u, d->image) ? BGC_ESTIMATING : finish_estimate(s, INFINITY);
 }
 
-/* After a step from d->x, whose f is d->f: one product of an estimate of the spectral radius there, to
- * know whether it exceeds `enough`; INFINITY where f is not finite nearby. Of a batch, the largest radius.
- * Scratch: d->point, d->right. */
+/* After a step from d->x, whose f is d->f: one product of an estimate of the spectral radius there,
+ * to know whether it exceeds `enough`; INFINITY where f is not finite nearby. Of a batch, the
+ * largest radius. Scratch: d->point, d->right. */
 bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_ivp *d, double enough) {
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(number);
@@ -188,8 +189,8 @@ bgc_estimate bgc_continue_estimate(const bgc_model *m, bgc_ivp *d, double enough
     }
 
     /* The radius by both images. */
-    newest = number_select(norm > number_of(0.0), larger_of_two(multiply_images(n, d->scale, u, v, w)),
-                           number_of(0.0));
+    newest = number_select(norm > number_of(0.0),
+                           larger_of_two(multiply_images(n, d->scale, u, v, w)), number_of(0.0));
     change = number_fabs(newest - *bgc_newest_radius(d));
     memcpy(u, v, size);
     memcpy(v, w, size);

@@ -1,5 +1,5 @@
-/* stages.c: the result of a step of a Rosenbrock or explicit method from its stages, by the formulas of
- * methods.h: solution, error estimate and dense output. */
+/* stages.c: the result of a step of a Rosenbrock or explicit method from its stages, by the
+ * formulas of methods.h: solution, error estimate and dense output. */
 #include "bgc_internal.h"
 
 #include <string.h>

@@ -1,5 +1,5 @@
-/* step.c: one attempt at a step: a fixed one, or one under error control (attempt.c). The order of calls is in
- * bgc_internal.h. */
+/* step.c: one attempt at a step: a fixed one, or one under error control (attempt.c). The order of
+ * calls is in bgc_internal.h. */
 #include "bgc_internal.h"
 #include "control.h"
 
@@ -18,17 +18,17 @@ static int may_halve(const bgc_model *m, const bgc_core *core, bgc_status status
            is_too_long(core, status);
 }
 
-/* The end of a fixed step that would pass the next instant of a sampled part: that instant, or the planned
- * end if they differ by rounding alone. */
+/* The end of a fixed step that would pass the next instant of a sampled part: that instant, or the
+ * planned end if they differ by rounding alone. */
 static double before_instant(const bgc_core *core, double planned) {
     const double slack = bgc_time_slack(planned, planned - core->step);
 
     return core->due < planned - slack ? core->due : planned;
 }
 
-/* From one multiple of the step to the next, or to the next event before it; in sub-steps where there is
- * a budget for them, and in halves, quarters and so on where the step is too coarse for the algebraic
- * equations. */
+/* From one multiple of the step to the next, or to the next event before it; in sub-steps where
+ * there is a budget for them, and in halves, quarters and so on where the step is too coarse for
+ * the algebraic equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = bgc_tick(core, core->ticks + 1);
@@ -112,8 +112,8 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     return bgc_finish_step(m, d, &balance, t_new);
 }
 
-/* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise the
- * run fails, and the state is unchanged. */
+/* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise
+ * the run fails, and the state is unchanged. */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = bgc_present_method(&d->core);
     bgc_status status;

@@ -1,16 +1,17 @@
-/* switching.c: the choice between the implicit method of a run and its explicit partner, step by step.
+/* switching.c: the choice between the implicit method of a run and its explicit partner, step by
+ * step.
  *
  * The compiler compares the operations of a step of both (m->explicit_cost). A run begins with the
- * implicit method. It changes to the partner where steps that error control permits resolve all modes, by
- * an estimate of the spectral radius (spectrum.c), and are likely to cost less. Longer ones would excite
- * fast modes, which the implicit method then has to resolve. Each change is a trial: where a second costs
- * more than before, the run returns. From the partner it changes back for a few steps now and then, and
- * for long where its steps no longer resolve all modes, or are short for stability alone: it estimates the
- * dominant eigenvalue from its last two stages, which are at the same time.
- * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
+ * implicit method. It changes to the partner where steps that error control permits resolve all
+ * modes, by an estimate of the spectral radius (spectrum.c), and are likely to cost less. Longer
+ * ones would excite fast modes, which the implicit method then has to resolve. Each change is a
+ * trial: where a second costs more than before, the run returns. From the partner it changes back
+ * for a few steps now and then, and for long where its steps no longer resolve all modes, or are
+ * short for stability alone: it estimates the dominant eigenvalue from its last two stages, which
+ * are at the same time. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2.
  *
- * A batch of instances, which take their steps together, chooses by the largest radius and product of its
- * instances, for the stiffest one determines its steps.
+ * A batch of instances, which take their steps together, chooses by the largest radius and product
+ * of its instances, for the stiffest one determines its steps.
  */
 #include "bgc_internal.h"
 
@@ -82,15 +83,16 @@ static void wait_longer(bgc_choice *choice) {
     choice->wait = twice < LONGEST_WAIT ? twice : LONGEST_WAIT;
 }
 
-/* The longest step of the partner, times the dominant eigenvalue, under which error control resolves an
- * oscillation of that frequency whose amplitude is the scale of its states. Where steps are longer, the
- * dominant modes are not excited, and an implicit method need not resolve them. At most the stable one. */
+/* The longest step of the partner, times the dominant eigenvalue, under which error control
+ * resolves an oscillation of that frequency whose amplitude is the scale of its states. Where steps
+ * are longer, the dominant modes are not excited, and an implicit method need not resolve them. At
+ * most the stable one. */
 static double longest_resolved(const bgc_core *option) {
     return fmin(margin * pow(error_constant * option->rtol, 1.0 / 6.0), oscillating);
 }
 
-/* The largest spectral radius under which wanted steps of the partner resolve all modes. Where samples limit
- * them, stable ones are enough. */
+/* The largest spectral radius under which wanted steps of the partner resolve all modes. Where
+ * samples limit them, stable ones are enough. */
 static double resolved_radius(const bgc_core *option, double wanted) {
     const double length = permitted(option, wanted);
 
@@ -105,8 +107,8 @@ static double estimate_radius(const bgc_model *m, bgc_ivp *d, double enough) {
     return d->core.spectrum.radius;
 }
 
-/* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a longer
- * pause. */
+/* Whether a new estimate of the spectral radius is within `most`. Each that is not is followed by a
+ * longer pause. */
 static int is_slow(const bgc_model *m, bgc_ivp *d, double most) {
     bgc_choice *choice = &d->core.choice;
     const int slow = estimate_radius(m, d, most) <= most;
@@ -127,7 +129,8 @@ static int partner_pays(const bgc_model *m, bgc_ivp *d, double h) {
            is_slow(m, d, resolved_radius(&d->core, wanted));
 }
 
-/* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now and then. */
+/* Whether steps of the partner still resolve all modes. The spectral radius is estimated anew now
+ * and then. */
 static int resolves(const bgc_model *m, bgc_ivp *d, double wanted) {
     const double most = lasting * resolved_radius(&d->core, wanted);
 
@@ -153,8 +156,8 @@ static void judge_partner(const bgc_model *m, bgc_ivp *d, double t) {
     }
 }
 
-/* Judges a trial of the implicit method after a step of length h: by the next one, for it begins with those
- * of the partner. Where it returns, then with the step before the trial. */
+/* Judges a trial of the implicit method after a step of length h: by the next one, for it begins
+ * with those of the partner. Where it returns, then with the step before the trial. */
 static void judge_implicit(const bgc_model *m, bgc_ivp *d, double t, double h) {
     bgc_choice *choice = &d->core.choice;
     const double cost = 1.0 / permitted_next(d), before = choice->cost;
@@ -170,8 +173,8 @@ static void judge_implicit(const bgc_model *m, bgc_ivp *d, double t, double h) {
     }
 }
 
-/* From the partner back after many steps that are short for stability alone, or do not resolve all modes;
- * for a trial now and then. */
+/* From the partner back after many steps that are short for stability alone, or do not resolve all
+ * modes; for a trial now and then. */
 static void leave_partner(const bgc_model *m, bgc_ivp *d, double t) {
     bgc_choice *choice = &d->core.choice;
     const double cost = m->explicit_cost / permitted_next(d);
@@ -191,8 +194,9 @@ static int count_leakily(int before, int holds) {
     return holds ? before + 1 : before > 2 ? before - 2 : 0;
 }
 
-/* Step times the dominant eigenvalue, |M^-1 (f - f')| h / |y - y'|, of the last two stages, which are at the same
- * time: they themselves differ by the numerator. Of a batch, the largest. Scratch: d->point, d->right. */
+/* Step times the dominant eigenvalue, |M^-1 (f - f')| h / |y - y'|, of the last two stages, which
+ * are at the same time: they themselves differ by the numerator. Of a batch, the largest. Scratch:
+ * d->point, d->right. */
 static double step_times_eigenvalue(const bgc_model *m, bgc_ivp *d) {
     const bgc_tableau *tableau = bgc_present_method(&d->core)->tableau;
     const int n = m->n_state, last = tableau->stages - 1;
@@ -213,8 +217,8 @@ static double step_times_eigenvalue(const bgc_model *m, bgc_ivp *d) {
                                                  number_of(0.0)));
 }
 
-/* After an accepted step of length h to d->next at t, by which d->core.h_next is the next one, before that
- * becomes the present: the method that takes it. */
+/* After an accepted step of length h to d->next at t, by which d->core.h_next is the next one,
+ * before that becomes the present: the method that takes it. */
 void bgc_choose_method(const bgc_model *m, bgc_ivp *d, double t, double h) {
     bgc_choice *choice = &d->core.choice;
 

@@ -1,12 +1,12 @@
-/* switching_fixed.c: the choice between the implicit method of a run with fixed steps and its explicit
- * partner.
+/* switching_fixed.c: the choice between the implicit method of a run with fixed steps and its
+ * explicit partner.
  *
- * A run begins with the implicit method and becomes explicit while the step resolves all modes: both give
- * about the same error then, and an explicit step needs no Jacobian. The spectral radius is estimated
- * along the run (spectrum.c), by one evaluation of f in some of the steps, so that no step takes much
- * longer than the others. A law that stiffens between two estimates shows in the stages of the explicit
- * method: that calls for an estimate at once, or the implicit method takes the step again. A batch chooses
- * by its stiffest instance.
+ * A run begins with the implicit method and becomes explicit while the step resolves all modes:
+ * both give about the same error then, and an explicit step needs no Jacobian. The spectral radius
+ * is estimated along the run (spectrum.c), by one evaluation of f in some of the steps, so that no
+ * step takes much longer than the others. A law that stiffens between two estimates shows in the
+ * stages of the explicit method: that calls for an estimate at once, or the implicit method takes
+ * the step again. A batch chooses by its stiffest instance.
  */
 #include "bgc_internal.h"
 
@@ -17,8 +17,9 @@
 enum { BETWEEN_PRODUCTS = 7, BETWEEN_ESTIMATES = 16, LONG_PAUSE = 64, LONGEST_FIXED_PAUSE = 256 };
 /* Step times the spectral radius up to which a run becomes, and stays, explicit. */
 static const double resolved_to_enter = 0.35, resolved_to_stay = 0.5;
-/* The same by the stages of a step, over that at the last estimate: that which calls for another at once,
- * and that which rejects the step. The latter at least `unstable`: a norm may be larger than the radius. */
+/* The same by the stages of a step, over that at the last estimate: that which calls for another at
+ * once, and that which rejects the step. The latter at least `unstable`: a norm may be larger than
+ * the radius. */
 static const double grown = 2.0, far_grown = 4.0, unstable = 1.0;
 
 static void change_fixed_method(bgc_ivp *d, double t) {
@@ -27,7 +28,8 @@ static void change_fixed_method(bgc_ivp *d, double t) {
     d->core.held = 0;
 }
 
-/* After a fixed step that failed: whether it was explicit, so that the implicit method tries it again. */
+/* After a fixed step that failed: whether it was explicit, so that the implicit method tries it
+ * again. */
 int bgc_return_from_partner(bgc_ivp *d) {
     bgc_choice *choice = &d->core.choice;
 
@@ -40,8 +42,8 @@ int bgc_return_from_partner(bgc_ivp *d) {
     return 1;
 }
 
-/* Step times the dominant eigenvalue, from the two stages in the middle of a step of rk4, which are U_2
- * at x + U_1 / 2 and U_3 at x + U_2 / 2. Of a batch, the largest. */
+/* Step times the dominant eigenvalue, from the two stages in the middle of a step of rk4, which are
+ * U_2 at x + U_1 / 2 and U_3 at x + U_2 / 2. Of a batch, the largest. */
 static double middle_product(const bgc_model *m, const bgc_ivp *d) {
     const size_t width = bgc_chunked(m->n_state);
     const number *first = d->stages, *second = first + width, *third = second + width;
@@ -58,8 +60,8 @@ static double middle_product(const bgc_model *m, const bgc_ivp *d) {
         d, number_select(distance > none, 2.0 * number_sqrt(change / distance), none));
 }
 
-/* After an explicit step, before it is accepted: whether a law has stiffened so much that it may be unstable.
- * The implicit method tries it again. */
+/* After an explicit step, before it is accepted: whether a law has stiffened so much that it may be
+ * unstable. The implicit method tries it again. */
 int bgc_rejects_explicit_step(const bgc_model *m, bgc_ivp *d) {
     bgc_choice *choice = &d->core.choice;
 
@@ -70,11 +72,13 @@ int bgc_rejects_explicit_step(const bgc_model *m, bgc_ivp *d) {
     if (choice->usual < 0.0) {
         choice->usual = choice->product;
     }
-    return choice->product > fmax(unstable, far_grown * choice->usual) && bgc_return_from_partner(d);
+    return choice->product > fmax(unstable, far_grown * choice->usual) &&
+           bgc_return_from_partner(d);
 }
 
-/* After an accepted fixed step to d->next, before that becomes the present: explicit where the steps resolve
- * all modes, by an estimate of the spectral radius that takes one product at a time. */
+/* After an accepted fixed step to d->next, before that becomes the present: explicit where the
+ * steps resolve all modes, by an estimate of the spectral radius that takes one product at a
+ * time. */
 void bgc_choose_fixed_method(const bgc_model *m, bgc_ivp *d) {
     bgc_choice *choice = &d->core.choice;
     const double most = (choice->is_explicit ? resolved_to_stay : resolved_to_enter) / d->core.step;

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-/* Loops of fixed length, which compilers vectorise at every level of optimisation: out = base + sum of w_j v_j,
- * and the same in place. */
+/* Loops of fixed length, which compilers vectorise at every level of optimisation: out = base + sum
+ * of w_j v_j, and the same in place. */
 static inline void add_one(number *restrict out, const number *restrict base, double w,
                            const number *restrict v) {
     for (int l = 0; l < BGC_CHUNK; l++) {
@@ -50,9 +50,9 @@ static inline void add_four_more(number *restrict out, const double *w, const nu
     }
 }
 
-/* out = base + sum of weight[j] times vector j; the vectors are bgc_chunked(n) apart. `base` may be out itself, or
- * NULL for zeros. Zero weights are skipped. Up to four vectors are added at a time, so that out is loaded and stored
- * once for them. */
+/* out = base + sum of weight[j] times vector j; the vectors are bgc_chunked(n) apart. `base` may be
+ * out itself, or NULL for zeros. Zero weights are skipped. Up to four vectors are added at a time,
+ * so that out is loaded and stored once for them. */
 void bgc_combine(int n, int count, const double *weight, const number *vectors, const number *base,
                  number *out) {
     const size_t length = bgc_chunked(n);

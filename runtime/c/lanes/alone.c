@@ -1,7 +1,7 @@
 /* alone.c: actions of single instances of a batch. Each reads and writes its own devices. A step in
- * which a law of an instance may switch, and a fixed step that it subdivides, is taken by bgc_run for
- * that instance, from the start of the step of the batch to its end, so that events and sub-steps need
- * no second implementation. Such steps are few.
+ * which a law of an instance may switch, and a fixed step that it subdivides, is taken by bgc_run
+ * for that instance, from the start of the step of the batch to its end, so that events and
+ * sub-steps need no second implementation. Such steps are few.
  */
 #include "lanes/alone.h"
 #include "control.h"
@@ -78,7 +78,8 @@ static void evaluate_sample(bgc_batch *b, int i) {
     } else if (x == b->point) {
         bgc_interpolate(m, b, t, b->point);
     }
-    b->kernel->switches(b->h, lane_of(t), x, b->u, b->argument + (size_t)(i * m->n_switch), b->work);
+    b->kernel->switches(b->h, lane_of(t), x, b->u, b->argument + (size_t)(i * m->n_switch),
+                        b->work);
 }
 
 /* Whether sample i is one of the first. */
@@ -91,8 +92,8 @@ static int is_first(int i) {
     return found;
 }
 
-/* The lanes in which ranges cannot tell what the switches of time alone do in the last step. Adds to `single` those
- * in which one leaves its mode. */
+/* The lanes in which ranges cannot tell what the switches of time alone do in the last step. Adds
+ * to `single` those in which one leaves its mode. */
 static unsigned look_at_timed(bgc_batch *b) {
     unsigned undecided = 0;
 
@@ -100,7 +101,8 @@ static unsigned look_at_timed(bgc_batch *b) {
         double inside, outside;
         bgc_outlook outlook;
         if (is_among(b->active, l)) {
-            outlook = bgc_find_time_event(b->m, b->instance[l], b->core.t_old, b->core.t_end, &inside, &outside);
+            outlook = bgc_find_time_event(b->m, b->instance[l], b->core.t_old, b->core.t_end,
+                                          &inside, &outside);
             b->single |= outlook == BGC_LEAVES ? 1u << l : 0u;
             undecided |= outlook == BGC_UNDECIDED ? 1u << l : 0u;
         }
@@ -108,9 +110,9 @@ static unsigned look_at_timed(bgc_batch *b) {
     return undecided;
 }
 
-/* The lanes in which a law may switch in the last step, by all samples or the first ones: an argument
- * has left its mode or has none, or it is nearer to the edge of its mode than `distance` times its
- * variation. Switches of time alone are judged in the lanes `timed`. */
+/* The lanes in which a law may switch in the last step, by all samples or the first ones: an
+ * argument has left its mode or has none, or it is nearer to the edge of its mode than `distance`
+ * times its variation. Switches of time alone are judged in the lanes `timed`. */
 static unsigned find_near(const bgc_batch *b, unsigned timed, int all, double distance) {
     const bgc_model *m = b->m;
     unsigned found = 0;
@@ -135,8 +137,8 @@ static unsigned find_near(const bgc_batch *b, unsigned timed, int all, double di
     return found;
 }
 
-/* Whether in some lane an argument near the edge of its mode varies too fast for the samples of the last step, as in
- * bgc_is_unresolved. Switches of time alone are judged in the lanes `timed`. */
+/* Whether in some lane an argument near the edge of its mode varies too fast for the samples of the
+ * last step, as in bgc_is_unresolved. Switches of time alone are judged in the lanes `timed`. */
 static int is_any_unresolved(bgc_batch *b, unsigned timed) {
     const bgc_model *m = b->m;
     unsigned found = 0;
@@ -159,8 +161,8 @@ static int is_any_unresolved(bgc_batch *b, unsigned timed) {
     return found != 0;
 }
 
-/* Adds to `single` the lanes in which a law may switch in the last step, and notes whether an argument came near to its
- * edge, and for how many steps in a row one has varied too fast. */
+/* Adds to `single` the lanes in which a law may switch in the last step, and notes whether an
+ * argument came near to its edge, and for how many steps in a row one has varied too fast. */
 void bgc_watch_switches(bgc_batch *b) {
     const unsigned timed = look_at_timed(b);
     int unresolved;
@@ -188,7 +190,8 @@ void bgc_watch_switches(bgc_batch *b) {
     b->core.unresolved = is_any_unresolved(b, timed) ? unresolved + 1 : 0;
 }
 
-/* Adds to `single` the lanes in which a function of states may have a pulse that the last step hides. */
+/* Adds to `single` the lanes in which a function of states may have a pulse that the last step
+ * hides. */
 void bgc_watch_pulses(bgc_batch *b) {
     const bgc_model *m = b->m;
 
@@ -232,7 +235,8 @@ static void load_subtolerance(bgc_batch *b, int l, const bgc_data *d) {
     }
 }
 
-/* Follows state i in the lanes in which it has changed. Those that take the step by themselves follow it there. */
+/* Follows state i in the lanes in which it has changed. Those that take the step by themselves
+ * follow it there. */
 void bgc_follow_where(bgc_batch *b, int i, lane_mask changed, lane limit, double t) {
     const unsigned lanes = bgc_lanes_where(b, changed) & ~b->single;
 
@@ -245,8 +249,8 @@ void bgc_follow_where(bgc_batch *b, int i, lane_mask changed, lane limit, double
     }
 }
 
-/* A method of one stage compares it with that of the step before, where a second stage would be: gives it to a
- * lane that takes the last step by itself, */
+/* A method of one stage compares it with that of the step before, where a second stage would be:
+ * gives it to a lane that takes the last step by itself, */
 static void give_stage(const bgc_batch *b, int l, bgc_data *d) {
     const int n = b->m->n_state;
 
@@ -264,7 +268,8 @@ static void take_stage(const bgc_batch *b, int l, const bgc_data *d) {
     }
 }
 
-/* Steps that an instance takes by itself, within one of the batch, before it makes a choice of its own. */
+/* Steps that an instance takes by itself, within one of the batch, before it makes a choice of its
+ * own. */
 enum { STEPS_WITHOUT_CHOICE = 32 };
 
 /* Gives an instance, which takes the last step by itself, the method of that step. */

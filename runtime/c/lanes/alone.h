@@ -1,4 +1,5 @@
-/* alone.h: the functions that the files of a batch share. The integrator's own are in integrator.h. */
+/* alone.h: the functions that the files of a batch share. The integrator's own are in
+ * integrator.h. */
 #ifndef BGC_ALONE_H
 #define BGC_ALONE_H
 
@@ -10,8 +11,6 @@
 static inline size_t bgc_row_width(const bgc_batch *b) {
     return (size_t)b->m->n_output + (b->core.accounts ? 4 : 0);
 }
-
-/* --- lane_stages.c: bgc_bad_lanes, bgc_largest_in (integrator.h) */
 
 /* --- alone.c */
 void bgc_load_inputs(bgc_batch *b, int count);

@@ -189,13 +189,14 @@ static bgc_status advance_to(bgc_batch *b, double t) {
     }
 }
 
-/* Writes the next row of every active lane that does not have it. Lanes whose energies are not finite leave
- * the batch, and end by themselves. */
+/* Writes the next row of every active lane that does not have it. Lanes whose energies are not
+ * finite leave the batch, and end by themselves. */
 static void write_rows(bgc_batch *b) {
     const size_t width = bgc_row_width(b);
     const double t = b->times[b->row];
 
-    bgc_evaluate_row(b->m, b, t, t < b->core.t - bgc_time_slack(b->core.t, b->core.t_old), b->output);
+    bgc_evaluate_row(b->m, b, t, t < b->core.t - bgc_time_slack(b->core.t, b->core.t_old),
+                     b->output);
     if (b->core.accounts) {
         b->active &= ~bgc_bad_lanes(b, 4, b->output + b->m->n_output);
     }
@@ -220,7 +221,8 @@ static bgc_status run(bgc_batch *b) {
     return BGC_OK;
 }
 
-/* At the end of a run: adds the corrections of lane l to those of the steps which it took by itself. */
+/* At the end of a run: adds the corrections of lane l to those of the steps which it took by
+ * itself. */
 static void report_corrections(const bgc_batch *b, int l, bgc_data *d) {
     for (int i = 0; i < b->m->n_state; i++) {
         const double correction = lane_get(b->correction[i], l);
@@ -233,7 +235,8 @@ static void report_corrections(const bgc_batch *b, int l, bgc_data *d) {
     bgc_report_correction(b->m, d);
 }
 
-/* Gives each instance the counts of the batch. Its state is not that of the end: it has to be reset. */
+/* Gives each instance the counts of the batch. Its state is not that of the end: it has to be
+ * reset. */
 static void store_counts(const bgc_batch *b, int count) {
     for (int l = 0; l < count; l++) {
         bgc_core *core = &b->instance[l]->core;

@@ -1,8 +1,9 @@
 /* batch.h: instances that take their steps together, one in each lane of a vector register.
  *
- * The integrator is compiled a second time with lanes for numbers (integrator.h). The files of this folder
- * have what is different for a batch: batch.c its memory, start, rows and end; lockstep.c an attempt at a
- * step; alone.c the inputs, devices and events of single instances; lane_stages.c linear systems.
+ * The integrator is compiled a second time with lanes for numbers (integrator.h). The files of this
+ * folder have what is different for a batch: batch.c its memory, start, rows and end; lockstep.c
+ * and lane_attempt.c an attempt at a step; alone.c the inputs, devices and events of single
+ * instances; lane_stages.c linear systems.
  */
 #ifndef BGC_BATCH_H
 #define BGC_BATCH_H
@@ -19,8 +20,8 @@ typedef struct {
     lane imbalance, energy_scale, largest_account, exchanged;
 } bgc_lane_accounts;
 
-/* A member of a batch has the name and meaning of that of an instance (bgc_data), with a lane in the place of
- * each double. */
+/* A member of a batch has the name and meaning of that of an instance (bgc_data), with a lane in
+ * the place of each double. */
 typedef struct {
     bgc_core core; /* options, times, step control and counts, which are the same for all instances */
     const bgc_model *m;
@@ -38,7 +39,8 @@ typedef struct {
     lane *y0, *y1, *k, *stages; /* y0 and y1 are among x, next, spare, end */
     lane *spare, *end, *slopes; /* slopes: f at the start of the step */
     lane *direction, *image, newest;
-    lane *next, *error, *point, *right, *b, *wide, *residual, *reach, *magnitude, *output, *check, *work;
+    lane *next, *error, *point, *right, *b, *wide, *residual, *reach, *magnitude;
+    lane *output, *check, *work;
     lane *argument, *extent, *hiding;
     bgc_lane_accounts account;
     lane scale_reached;

@@ -1,5 +1,5 @@
-/* lane_attempt.c: parts of an attempt at a step of a batch, as in attempt_parts.c. A lane that fails leaves the batch, or
- * takes the step by itself.
+/* lane_attempt.c: parts of an attempt at a step of a batch, as in attempt_parts.c. A lane that
+ * fails leaves the batch, or takes the step by itself.
  */
 #include "lanes/alone.h"
 #include "control.h"
@@ -27,7 +27,8 @@ void bgc_check_lanes(bgc_batch *b) {
     }
 }
 
-/* Lanes that have taken the step by themselves do not move in that of the batch, which may be far off for them. */
+/* Lanes that have taken the step by themselves do not move in that of the batch, which may be far
+ * off for them. */
 static void leave_in_place(bgc_batch *b) {
     for (int l = 0; b->single != 0 && l < BGC_LANE_WIDTH; l++) {
         for (int i = 0; (b->single >> l & 1u) != 0 && i < b->m->n_state; i++) {
@@ -36,7 +37,8 @@ static void leave_in_place(bgc_batch *b) {
     }
 }
 
-/* Accepts a step: single lanes repeat it by themselves, for the others it enters counts and accounts. */
+/* Accepts a step: single lanes repeat it by themselves, for the others it enters counts and
+ * accounts. */
 bgc_status bgc_finish_step(const bgc_model *m, bgc_batch *b, const bgc_balance *balance,
                            double t_new) {
     bgc_step_alone(b);
@@ -50,8 +52,8 @@ bgc_status bgc_finish_step(const bgc_model *m, bgc_batch *b, const bgc_balance *
     return BGC_OK;
 }
 
-/* The length of a step, at most h, that resolves sources in time in every lane. Adds to `hidden` the lanes in
- * which it is shorter than h. */
+/* The length of a step, at most h, that resolves sources in time in every lane. Adds to `hidden`
+ * the lanes in which it is shorter than h. */
 double bgc_resolved_by_all(const bgc_batch *b, double h, unsigned *hidden) {
     double shortest = h;
 
@@ -71,8 +73,8 @@ bgc_status bgc_begin_attempt(const bgc_model *m, bgc_batch *b) {
     return b->active == 0 ? BGC_NOT_FINITE : BGC_OK;
 }
 
-/* The length that step control wants; at first the shortest that bgc_run would take for an instance. The instances
- * are at their initial states. */
+/* The length that step control wants; at first the shortest that bgc_run would take for an
+ * instance. The instances are at their initial states. */
 double bgc_wanted_step(const bgc_model *m, bgc_batch *b, const bgc_method *method) {
     double least = b->core.h_next > 0.0 ? b->core.h_next : (double)INFINITY;
 
@@ -118,8 +120,9 @@ static void reject_for(bgc_batch *b, unsigned at_fault, double h) {
     bgc_count_rejection(b);
 }
 
-/* Rejects a step of length h whose errors are above 1; returns whether it does. `error` is raised to the
- * largest one. An undefined error rejects the step too, unless its lane can take it by itself. */
+/* Rejects a step of length h whose errors are above 1; returns whether it does. `error` is raised
+ * to the largest one. An undefined error rejects the step too, unless its lane can take it by
+ * itself. */
 int bgc_rejects(const bgc_model *m, bgc_batch *b, const bgc_method *method, lane errors,
                 const lane *vector, double h, double *error) {
     const double q = method->error_order + 1;
@@ -145,7 +148,8 @@ int bgc_completes(const bgc_model *m, bgc_batch *b, const bgc_method *method, do
     return 1;
 }
 
-/* Lanes in which a law may switch, or a function of states hides a pulse, take the step by themselves. */
+/* Lanes in which a law may switch, or a function of states hides a pulse, take the step by
+ * themselves. */
 int bgc_passes(const bgc_model *m, bgc_batch *b, double t_new, bgc_status *status) {
     (void)m, (void)t_new;
     bgc_watch_switches(b);
@@ -154,8 +158,9 @@ int bgc_passes(const bgc_model *m, bgc_batch *b, double t_new, bgc_status *statu
     return 1;
 }
 
-/* After a step of length h: the next one does not pass the edge of a mode unseen. Lanes in which an argument varies
- * too fast for a step take it by themselves, but in a much longer one the argument could seem to stand still. */
+/* After a step of length h: the next one does not pass the edge of a mode unseen. Lanes in which an
+ * argument varies too fast for a step take it by themselves, but in a much longer one the argument
+ * could seem to stand still. */
 void bgc_limit_next(bgc_batch *b, double h) {
     bgc_core *core = &b->core;
 

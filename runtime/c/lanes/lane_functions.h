@@ -2,8 +2,8 @@
  *
  * LANE_LOOP_n(name) calls the scalar function lane by lane; n is the number of operands.
  * LANE_LIBMVEC_n(name) and LANE_LIBMVEC_2_35_n(name) call glibc's function for whole registers
- * (libmvec, which its libm brings along; errors of at most 4 units in the last place) where there is
- * one, in every libmvec or since glibc 2.35, and are LANE_LOOP_n elsewhere.
+ * (libmvec, which its libm brings along; errors of at most 4 units in the last place) where there
+ * is one, in every libmvec or since glibc 2.35, and are LANE_LOOP_n elsewhere.
  *
  * The compiler emits one such line for each function of the language.
  */

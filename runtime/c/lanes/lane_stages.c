@@ -1,5 +1,6 @@
-/* lane_stages.c: sets of lanes, and linear systems of a batch. Solutions are checked as often as in linear.c. A
- * lane whose solution is not acceptable leaves the batch: refinement and pivoting are left to bgc_run.
+/* lane_stages.c: sets of lanes, and linear systems of a batch. Solutions are checked as often as in
+ * linear.c. A lane whose solution is not acceptable leaves the batch: refinement and pivoting are
+ * left to bgc_run.
  */
 #include "lanes/batch.h"
 #include "bgc_internal.h"

@@ -1,12 +1,13 @@
-/* lockstep.c: one attempt at a step that all lanes take: a fixed one, or one under error control (attempt.c).
+/* lockstep.c: one attempt at a step that all lanes take: a fixed one, or one under error control
+ * (attempt.c).
  *
  * With error control the lane with the largest error determines the length, so that every lane is
  * within its tolerance. A lane that needs a step below the resolution of time leaves the batch.
  */
 #include "lanes/alone.h"
 
-/* Removes lanes with a result that is not finite. Where laws switch, one may be undefined beyond its
- * switch, and shorter steps may avoid it: then these lanes take the step by themselves. */
+/* Removes lanes with a result that is not finite. Where laws switch, one may be undefined beyond
+ * its switch, and shorter steps may avoid it: then these lanes take the step by themselves. */
 static void release_lanes(bgc_batch *b, unsigned bad) {
     if (b->m->n_switch > 0 || b->core.substeps > 1) {
         b->single |= bad;
