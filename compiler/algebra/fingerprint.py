@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import isqrt
 
 from bgc.algebra.dag import Dag, Level, Op
@@ -35,6 +36,7 @@ _MODULUS = PRIME * _OTHER_PRIME
 _STEP = PRIME * pow(PRIME, -1, _OTHER_PRIME)  # 0 modulo the first and 1 modulo the other
 _MASK = 2**64 - 1
 _LARGEST_RATIONAL = 2**29  # numerators and denominators below it are recovered uniquely
+_REMEMBERED = 2**15  # results of functions: passes evaluate the same ones on graphs of their own
 _SMALL_PRIMES = tuple(q for q in range(2, 150) if all(q % k for k in range(2, isqrt(q) + 1)))
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
@@ -231,11 +233,13 @@ class _Point:
 _POINT, _OTHER_POINT = _Point(1, PRIME), _Point(2, _OTHER_PRIME)
 
 
+@lru_cache(_REMEMBERED)
 def _at_both(function: Callable[..., int], op: int, *operands: int) -> int:
     """Evaluate a function of an operation and residues at both points, and join the results."""
-    first = function(_POINT, op, *(x % PRIME for x in operands))
-    other = function(_OTHER_POINT, op, *(x % _OTHER_PRIME for x in operands))
-    return _joined(first, other)
+    return _joined(
+        function(_POINT, op, *(x % PRIME for x in operands)),
+        function(_OTHER_POINT, op, *(x % _OTHER_PRIME for x in operands)),
+    )
 
 
 def _joined(first: int, other: int) -> int:
@@ -243,6 +247,7 @@ def _joined(first: int, other: int) -> int:
     return (first + _STEP * (other - first)) % _MODULUS
 
 
+@lru_cache(_REMEMBERED)
 def _divided(x: int, y: int) -> int:
     """A quotient; a hash where the divisor is zero."""
     try:
