@@ -19,7 +19,7 @@ from pathlib import Path
 from bgc.building.cache import Cache, digest_of, digest_of_bytes
 from bgc.building.recall import machine_identity, processors
 from bgc.building.toolchain import (
-    GCC_ONCE,
+    GCC_ALIASES,
     GCC_PASSES,
     LIGHT_FLAGS,
     LOOP_FLAGS,
@@ -309,7 +309,7 @@ def unit_flags(unit: Unit, toolchain: Toolchain) -> tuple[str, ...]:
 
 
 def _without_passes(flags: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(flag for flag in flags if flag not in {*GCC_PASSES, *GCC_ONCE})
+    return tuple(flag for flag in flags if flag not in {*GCC_PASSES, *GCC_ALIASES})
 
 
 def _compile_all(

@@ -47,10 +47,7 @@ GCC_PASSES = (
     "-fdisable-rtl-combine",
     "-fdisable-rtl-postreload",
 )
-# More of them, for factors, where it is one array that is read and written, and for code that runs
-# once: a fourteenth and a sixth less compile time.
-GCC_ALIASES = ("-fno-tree-pta",)
-GCC_ONCE = (*GCC_ALIASES, "-fno-tree-dominator-opts", "-fno-tree-ter", "-fno-cprop-registers")
+GCC_ALIASES = ("-fno-tree-pta",)  # one more, where a single array is read and written
 
 _PROBE = """#include <math.h>
 #include <stdint.h>

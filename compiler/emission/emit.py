@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
-from bgc.building.toolchain import COMMON_FLAGS, GCC_ALIASES, GCC_ONCE, GCC_PASSES
+from bgc.building.toolchain import COMMON_FLAGS, GCC_ALIASES, GCC_PASSES
 from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import Field, model_tables
@@ -28,6 +28,12 @@ from bgc.ir.program import Program
 # The optimisations that are effective on straight-line code. -ffp-contract=fast permits fused
 # multiply-adds, which -std=c11 disables; they make the factorisation 1.5 times faster.
 MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
+# Units with other flags, and what these save of their compile time.
+_FLAGS = {
+    "model_prepare": ("-O0", *COMMON_FLAGS),  # runs once: a sixth
+    "model_matrix": (*MODEL_FLAGS, *GCC_ALIASES),  # one array is read and written: a fourteenth
+    "model_ranges": (*MODEL_FLAGS, "-fno-inline"),  # many small functions: nearly half
+}
 
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
 _PREPARED = 2_000  # nodes of parameters alone above which a split model has a unit for them
@@ -125,19 +131,13 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         units = [
             frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
             *(
-                frame.unit(
-                    f"model_{kernel.name}",
-                    [kernel.purpose],
-                    [texts[kernel.name]],
-                    passes=GCC_ONCE if kernel is prepare else (),
-                )
+                frame.unit(f"model_{kernel.name}", [kernel.purpose], [texts[kernel.name]])
                 for kernel in lowered.kernels
                 if kernel.name in shared
             ),
         ]
         if matrix.text:
-            about = ["The iteration matrix."]
-            units.append(frame.unit("model_matrix", about, [], matrix.text, passes=GCC_ALIASES))
+            units.append(frame.unit("model_matrix", ["The iteration matrix."], [], matrix.text))
         if ranges:
             units.append(
                 frame.unit("model_ranges", ["Ranges of what depends on time alone."], ranges)
@@ -181,9 +181,8 @@ class _Frame:
         matrix: str = "",
         tables: Sequence[str] = (),
         fields: Sequence[Field] = (),
-        passes: Sequence[str] = (),
     ) -> Unit:
-        """One C file; `passes` are flags of gcc beside those of all files."""
+        """One C file."""
         needed = {helper for text in kernels for helper in text.helpers}
         functions = [
             *(definition for name, definition in HELPERS.items() if name in needed),
@@ -192,7 +191,7 @@ class _Frame:
             *([matrix] if matrix else []),
         ]
         text = print_unit(self.title, about, functions, tables, fields)
-        return Unit(name, text, (*MODEL_FLAGS, *passes), parts=self.parts)
+        return Unit(name, text, _FLAGS.get(name, MODEL_FLAGS), parts=self.parts)
 
 
 def _needed_parts(lowered: Lowered) -> frozenset[str]:
