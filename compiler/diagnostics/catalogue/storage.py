@@ -84,7 +84,7 @@ def no_momentum(span: Span, name: str) -> None: ...
 @error(
     "BG517: no state was found at which `{variable}` of `{name}` has its value",
     "give a value that the laws reach, or give `q0` and `p0` instead",
-    note="the element is rigidly connected to others, and not all laws are linear",
+    note="laws that are not linear, its own or those of others that it starts with, give the state",
     fault=Fault.START,
 )
 def initial_out_of_reach(span: Span, name: str, variable: str) -> None: ...

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from bgc.algebra.dag import Dag, Kind, Level
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import storage as storage_messages
@@ -112,10 +110,6 @@ def _from_answers(
             for k in answers
         }
     if law.response is None:
-        if len(element.ports) == 1:
-            root = _inverted(variables, element, answers[0])
-            if root is not None:
-                return {0: root}
         variables.starting.add(element.ports[0].port.element)
         return dict.fromkeys(answers, dag.zero)
     order = {k: i for i, k in enumerate(answers)}
@@ -141,53 +135,6 @@ def _unusable(storage: Storage, initial: Initial) -> BgError:
     return BgError(
         [storage_messages.initial_unusable(initial.span, storage.name, f"{initial.variable}0")]
     )
-
-
-def _inverted(variables: Variables, element: StorageElement, initial: Initial) -> Node | None:
-    """The state at which a scalar law of constants answers with a constant value.
-
-    None where the law or the value holds anything else, such as a parameter.
-    """
-    dag = variables.dag
-    (port,) = element.ports
-    symbol = dag.symbol_of(port.state)
-    assert symbol is not None
-    parts = dag.reachable([port.answer, initial.value])
-    if any(dag.level[n] > Level.CONST and n != port.state for n in parts if not dag.operands(n)):
-        return None
-    target = evaluate_nodes(dag, [initial.value], {})[0]
-
-    def miss(x: float) -> float:
-        return evaluate_nodes(dag, [port.answer], {symbol: x})[0] - target
-
-    root = find_root(miss)
-    if root is None:
-        raise _unusable(element.storage, initial)
-    return dag.const(root)
-
-
-def find_root(function: Callable[[float], float]) -> float | None:
-    """A root of a monotone function, from brackets that grow from zero; None without one."""
-    low, high = -1e-3, 1e-3
-    for _ in range(80):
-        at_low, at_high = function(low), function(high)
-        if math.isfinite(at_low) and math.isfinite(at_high) and at_low * at_high <= 0:
-            return _bisected(function, low, high)
-        low, high = 2 * low, 2 * high
-    return None
-
-
-def _bisected(function: Callable[[float], float], low: float, high: float) -> float:
-    sign = math.copysign(1.0, function(high))
-    for _ in range(2000):
-        middle = (low + high) / 2
-        if middle in (low, high):
-            break
-        if sign * function(middle) > 0:
-            high = middle
-        else:
-            low = middle
-    return low if abs(function(low)) <= abs(function(high)) else high
 
 
 def closed_initials(
