@@ -52,6 +52,7 @@ _LOOPS = frozenset(
         "dense",
         "explicit",
         "followed_states",
+        "global_error",
         "inner",
         "rosenbrock",
         "sparse",

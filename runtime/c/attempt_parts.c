@@ -65,13 +65,22 @@ bgc_status bgc_complete(const bgc_model *m, bgc_data *d, const bgc_method *metho
 bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                            double t_new) {
     bgc_core *core = &d->core;
+    const int at_event = core->event;
+    bgc_status status;
 
     if (bgc_present_method(core)->family->jacobian) {
         bgc_watch_stiffness(m, d, t_new - core->t);
     }
+    if (core->errors) {
+        bgc_follow_error(m, d, t_new);
+    }
     bgc_accept(m, d, balance, t_new);
     bgc_enter_chains(m, d);
-    return may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
+    status = may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
+    if (core->errors && at_event && status == BGC_OK) {
+        bgc_carry_error_through(m, d);
+    }
+    return status;
 }
 
 /* A step of the method to a finite d->next. */

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 18
+#define BGC_ABI 19
 
 typedef enum {
     BGC_OK = 0,
@@ -453,6 +453,8 @@ typedef struct {
                         * whole scales) is subdivided, with at most so many further attempts; 1: never, 0: as the
                         * method has it */
     int accounts;      /* 1: integrate the energy accounts, under error control */
+    int errors;        /* 1: rows end with estimates of the errors of y, each the largest since the row
+                        * before; NaN where they cannot be followed */
 } bgc_options;
 
 typedef struct {
@@ -492,7 +494,8 @@ typedef struct {
  * last step. */
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o);
 
-/* Integrates and writes a row for each of times[0..n): y and, with accounts, the four energies.
+/* Integrates and writes a row for each of times[0..n): y, with accounts the four energies, and with errors those
+ * of y.
  * times[0] may equal the present time. Rows inside a step come from its dense output, so the last
  * step may end beyond the last row. The next call continues from there: several calls give the same
  * bits as one. Steps of a model with devices or inputs end at samples. A step ends where a switch

@@ -31,6 +31,8 @@
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         bgc_choose_method              implicit, or explicit where nothing is stiff (switching.c)
  *         bgc_finish_step                    d->next becomes the present; bgc_handle_event, bgc_jump
+ *           bgc_follow_error               how far the run is off at the end, where that is asked for
+ *                                          (global_error.c)
  *     write_row                        outputs and accounts, by dense output inside the step
  *
  * A rejected attempt leaves the present as it was and sets a shorter length. A fixed step is taken
@@ -165,6 +167,14 @@ double bgc_first_step(const bgc_model *m, bgc_data *d, int order);
 double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h);
 double bgc_first_step_alone(const bgc_model *m, bgc_data *d);
 void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d);
+
+/* --- global_error.c */
+void bgc_reset_errors(const bgc_model *m, bgc_data *d);
+void bgc_follow_error(const bgc_model *m, bgc_data *d, double t);
+void bgc_carry_error_through(const bgc_model *m, bgc_data *d);
+void bgc_note_errors(const bgc_model *m, bgc_data *d, double t, const double *x, const double *u,
+                     const double *e);
+void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, double *errors);
 
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);

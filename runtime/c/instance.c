@@ -204,6 +204,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_terms(m, d);
     bgc_reset_subtolerance(m, d);
     bgc_reset_jumps(m, d);
+    bgc_reset_errors(m, d);
     bgc_scale_inner(m, d);
     core->ready = core->restarts = 1;
     return BGC_OK;

@@ -106,7 +106,7 @@ typedef struct {
 
     bgc_options given; /* without the name */
     /* Options, with the defaults filled in. */
-    int method, keep, accounts;
+    int method, keep, accounts, errors;
     double rtol, atol, step;
     long max_steps;
     int substeps;              /* attempts in a sample after the first, and their tolerances */
@@ -200,6 +200,11 @@ typedef struct {
     bgc_status reason; /* for this reason */
     int left;          /* the attempt leaves a root (bgc_leave_root) */
 
+    /* Errors of the states: global_error.c. */
+    double off_noted;    /* the last present whose errors are in largest_off */
+    double off_gamma;    /* 1 / (c h) of the step that off_power belongs to */
+    double off_power[4];
+
     /* Energy accounts, J: stored at the reset, integrals at t and at t_old, residual at t. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
     double created;      /* by sampled ports, J */
@@ -259,6 +264,11 @@ struct bgc_data {
     bgc_complex *complex_lu;
     double *closed_before;  /* dw/dx and responses of closed chains at the present */
     double *response_size;  /* of each row of these: the largest diagonal of S so far */
+    double *off;            /* how far the present is off, true minus computed: global_error.c, */
+    double *off_before, *off_at_end; /* and the ends of the last step, before a jump */
+    double *off_inside;     /* 2 vectors: the same of the dense output at two points, beside that of the ends */
+    double *largest_off;    /* n_output: the largest errors since the last row, */
+    double *lowest, *highest; /* and the ends of the ranges of the outputs so far */
     double *chosen;         /* n_row, n_condition: 1 where a row or condition of these is chosen, else 0 */
 
     /* Scratch. */
@@ -288,6 +298,9 @@ struct bgc_data {
     double *sparse_work;    /* 2 n_unknowns: elimination by tables */
     double *block_work;     /* 18 n_place: elimination in blocks */
     double *reach;          /* n_unknowns: sizes of a solution that count in its check */
+    double *off_work;       /* 10 vectors of states: global_error.c, */
+    double *off_output, *off_reset; /* outputs of the true state; of all resets */
+    double *off_argument, *off_along, *off_rate; /* n_switch: arguments at an event, and their derivatives */
     double *wide;           /* n_unknowns: a right-hand side with inner rows, and its solution */
     bgc_complex *complex_wide;
     double *local, *slopes; /* n_local; n_jac: inner.c */

@@ -100,6 +100,13 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->closed_before = place(&l, responses);
     d->response_size = place(&l, (size_t)c->n_row);
     d->chosen = place(&l, choices);
+    d->off = place(&l, n);
+    d->off_before = place(&l, n);
+    d->off_at_end = place(&l, n);
+    d->off_inside = place(&l, 2 * bgc_padded(m->n_state));
+    d->largest_off = place(&l, (size_t)m->n_output);
+    d->lowest = place(&l, (size_t)m->n_output);
+    d->highest = place(&l, (size_t)m->n_output);
     d->n_saved = l.used;
 
     /* Arrays that are not saved. First the stages and right-hand sides of a step. */
@@ -141,6 +148,14 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->timed_range = place_ranges(&l, m->timed_ranges != NULL ? 2 * m->n_timed : 0);
     d->around = place(&l, (size_t)m->n_term);
     d->widest = place(&l, (size_t)m->n_term);
+
+    /* Errors of the states. */
+    d->off_work = place(&l, 10 * bgc_padded(m->n_state));
+    d->off_output = place(&l, (size_t)m->n_output);
+    d->off_reset = place(&l, m->n_jump > 0 ? (size_t)m->jump_first[m->n_jump] : 0);
+    d->off_argument = place(&l, switches);
+    d->off_along = place(&l, switches);
+    d->off_rate = place(&l, switches);
 
     /* Newton's method for consistent values. */
     d->first = place(&l, n);

@@ -118,6 +118,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->max_steps = o->max_steps > 0 ? o->max_steps : 10000000;
     core->keep = o->keep > 0 ? o->keep : 1;
     core->accounts = o->accounts != 0 && m->energy != NULL;
+    core->errors = o->errors != 0;
     core->step = fixed ? step : o->step;
     divide_step(core);
 

@@ -154,6 +154,9 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
         return BGC_BAD_ARGUMENT;
     }
     bgc_evaluate_row(m, d, t, inside, row);
+    if (core->errors) {
+        bgc_write_errors(m, d, t, inside, row + m->n_output + (core->accounts ? 4 : 0));
+    }
     if (core->accounts && bgc_first_bad(4, row + m->n_output) >= 0) {
         d->core.failed_state = -1;
         return BGC_NOT_FINITE;
@@ -180,7 +183,8 @@ bgc_status bgc_state_at(const bgc_model *m, bgc_data *d, double t, double *x) {
 /* All rows; *done counts the finished ones. */
 static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                       size_t *done) {
-    const size_t width = (size_t)m->n_output + (d->core.accounts ? 4 : 0);
+    const size_t outputs = (size_t)m->n_output;
+    const size_t width = outputs + (d->core.accounts ? 4 : 0) + (d->core.errors ? outputs : 0);
     bgc_status status;
 
     for (size_t i = 0; i < n; i++) {

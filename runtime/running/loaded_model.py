@@ -180,15 +180,17 @@ class LoadedModel:
         parameters: Mapping[str, ParameterValue] | None = None,
         noted: Callable[[AtRest], None] | None = None,
         devices: Choices = NO_CHOICES,
+        errors: bool = False,
     ) -> Iterator[Instance]:
         """Yield an instance at the initial state, its devices open, ready to run with a method.
 
         `accounts` says whether its rows end with the energy accounts. The scene's `settle` holds
         unless the method has its own. `noted` is called with a start at rest, if it is one.
-        `devices` override drivers of the scene.
+        `devices` override drivers of the scene. With `errors` rows have those of the outputs at
+        their end.
         """
         instance = self.parameters.instance(parameters or {})
-        require(instance, set_method(instance, method, accounts))
+        require(instance, set_method(instance, method, accounts, errors))
         with open_devices(instance, self.folder, devices):
             status, at_rest = start(instance, method, self.facts)
             require(instance, status, self.places)

@@ -52,13 +52,14 @@ def with_capped_step(method: Solver, times: Array | RowTimes, timed: bool) -> So
 
 
 def option_values(method: Solver, accounts: bool) -> dict[str, float]:
-    """The numbers of `bgc_options` by its fields."""
+    """The numbers of `bgc_options` by its fields, but for the errors, which are not estimated."""
     return {**{name: getattr(method, name) for name in C_OPTIONS}, "accounts": int(accounts)}
 
 
-def options_struct(method: Solver, accounts: bool) -> OptionsStruct:
+def options_struct(method: Solver, accounts: bool, errors: bool = False) -> OptionsStruct:
     """Make the options structure of C."""
-    return OptionsStruct(name=method.name.encode(), **option_values(method, accounts))
+    values = option_values(method, accounts)
+    return OptionsStruct(name=method.name.encode(), **values, errors=int(errors))
 
 
 def choose_method(
@@ -129,13 +130,15 @@ def start(instance: Instance, method: Solver, facts: RunFacts) -> tuple[Status, 
     return status, None
 
 
-def set_method(instance: Instance, method: Solver, accounts: bool) -> Status:
+def set_method(instance: Instance, method: Solver, accounts: bool, errors: bool = False) -> Status:
     """Set the method of an instance; an external solver is compiled first if necessary.
+
+    `errors` says whether the errors of the outputs are estimated, which no external solver does.
 
     Raises BgError: BG046 if the solver is not installed, BG047 if it does not support the model.
     """
     if method.name not in BACKENDS:
-        return instance.set_options(options_struct(method, accounts))
+        return instance.set_options(options_struct(method, accounts, errors))
     model = instance.library.model
     unsupported = (
         (model.n_device > 0, "it reads a device"),

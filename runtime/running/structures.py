@@ -13,7 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 from bgc.language.records import Where, options_of
 from bgc.language.solver import Solver
 
-ABI = 18
+ABI = 19
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 _NUMBERS: dict[type, Any] = {float: c_double, int: c_int}
@@ -170,6 +170,7 @@ class OptionsStruct(ctypes.Structure):
         ("name", c_char_p),
         *((name, _NUMBERS[known.kind]) for name, known in C_OPTIONS.items()),
         ("accounts", c_int),
+        ("errors", c_int),
     ]
 
 
