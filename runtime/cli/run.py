@@ -48,6 +48,7 @@ def run(
     ),
     devices: Devices,
     method: MethodOptions,
+    error: bool = option("Estimate by how much the columns are off."),
     shapes: bool = option("Record the poses of all shapes in the .npz file."),
     realtime: bool = option("Run in step with the clock (see bgc haptic)."),
     quiet: bool = option("Print no summary and no progress bar.", "--quiet", "-q"),
@@ -62,11 +63,14 @@ def run(
     require(not (shapes and realtime), "--realtime records no shapes")
     model = scene.model(quiet, strict=strict, whole=whole, preview=preview, shapes=shapes)
     target = sys.stdout if out == "-" else None if out is None else Path(out)
+    require(not (error and realtime), "--realtime estimates no errors")
     chosen = {"devices": dict(devices), **method.arguments}
     if realtime:
         result, status = _in_real_time(model, quiet, **chosen)
     else:
-        result, status = attempt(lambda: model.simulate(**chosen, progress=not quiet, out=target))
+        result, status = attempt(
+            lambda: model.simulate(**chosen, progress=not quiet, out=target, error=error)
+        )
     if strict and result.warnings:
         print_diagnostics(map(as_error, result.warnings))
         status = status or AT_FAULT

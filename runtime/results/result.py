@@ -115,6 +115,9 @@ class Result(RunColumns, WrittenAsCsv):
         largest. 0 where it has all rows; `row_count` is the number in both cases.
     at_rest
         The start at rest: residual, largest moves, varied parameters. None for other starts.
+    errors, error_estimate
+        Of a run with `error=True`: by how much the observed columns are off, and in words how that
+        was estimated, or why not. `error` finds them by the names of columns and vectors.
     warnings
         The notices, and warnings about the rows: a value that is not finite, energies that do
         not balance.
@@ -136,6 +139,17 @@ class Result(RunColumns, WrittenAsCsv):
     shapes: tuple[Shape, ...] = ()
     rows: int = 0
     at_rest: AtRest | None = None
+    errors: Mapping[str, Array] = field(default_factory=dict)
+    error_estimate: str = ""
+
+    @property
+    def error(self) -> Result:
+        """The estimated errors, in the shapes and units of their columns; 0 or more.
+
+        `result.error["tip.z"]` has for each row the largest error since the row before. It is NaN
+        where the estimate cannot be relied on: `error_estimate` says why.
+        """
+        return replace(self, columns=self.errors, errors={}, accounts={}, notices=(), shapes=())
 
     @property
     def row_count(self) -> int:

@@ -63,13 +63,14 @@ def simulate_to(
     progress: bool = False,
     notices: Sequence[Diagnostic] = (),
     devices: Choices = NO_CHOICES,
+    errors: bool = False,
 ) -> Result:
     """Run a model as `simulate` does, and write all rows to a file.
 
     Rows that fit in memory are written after the run, whole or not at all, and the result has all
     of them. Others are written while the run goes on, by the thread that computes them; the result
     then has a selection of them. External solvers cannot pause, so all of their rows are held in
-    memory.
+    memory. Their errors are not estimated, nor written.
 
     Raises what `simulate` raises; BgError BG055 where the file cannot be written; SimulationError
     BG590 where that happens during the run. An OSError of a stream passes.
@@ -78,8 +79,8 @@ def simulate_to(
     times = lazy_times_of(model, method, duration, every, _room(target))
     if len(times) * (columns + 1) <= MOST_VALUES or not _can_grow(target):
         in_memory = times_of(model, method, duration, every)
-        run = partial(simulate, model, method, in_memory, parameters, progress, notices, devices)
-        return _write_after(target, run)
+        common = (parameters, progress, notices, devices, errors)
+        return _write_after(target, partial(simulate, model, method, in_memory, *common))
     capped = with_capped_step(method, times, model.facts.timed)
     kept = KeptRows(len(times), columns)
     at_rest: list[AtRest] = []
@@ -109,6 +110,8 @@ def simulate_to(
         raise
     rounded = undecided(model, capped, instance, kept_times, rows, parameters)
     result = result if rounded is None else result.noted(undecided_state(rounded))
+    unknown = "not estimated: the rows are too many for memory"
+    result = replace(result, error_estimate=unknown) if errors else result
     try:
         file.end(result.about())
     except OSError as problem:

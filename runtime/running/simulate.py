@@ -15,6 +15,7 @@ from bgc.diagnostics.records import dataclass, replace
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.error_estimate import judged
 from bgc.runtime.results.recorded_shapes import shapes_of
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
@@ -44,11 +45,12 @@ def simulate(
     progress: bool = False,
     notices: Sequence[Diagnostic] = (),
     devices: Choices = NO_CHOICES,
+    errors: bool = False,
 ) -> Result:
     """Run from the initial state to all times, s, and name the columns.
 
     `notices` are warnings about the method, to be shown with the result. `devices` override
-    drivers of the scene.
+    drivers of the scene. With `errors`, those of the columns are estimated.
 
     Raises
     ------
@@ -57,18 +59,48 @@ def simulate(
     BgError
         A parameter is at fault, or there is no initial state.
     """
-    rows = np.full((len(times), model.row_width), np.nan)
+    unserved = errors_not_estimated(model, method) if errors else ""
+    followed = errors and not unserved
+    columns = model.row_width + len(model.measured) * followed
+    rows = np.full((len(times), columns), np.nan)
     capped = with_capped_step(method, times, model.facts.timed)
     at_rest: list[AtRest] = []
-    begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
+    begun = model.started(
+        capped, bool(model.accounts), parameters, at_rest.append, devices, followed
+    )
     with begun as instance:
         notices = (*notices, *port_diagnostics(instance, model.facts, model.places))
         status, done, interrupted = run_watched(instance, times, rows, progress)
+    rows, off = rows[:, : model.row_width], rows[:done, model.row_width :]
     result = named_result(model, times[:done], rows[:done], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
+    result = with_errors(model, result, off) if followed else result
+    result = replace(result, error_estimate=unserved) if unserved else result
     raise_where_ended(model, instance, Status.INTERRUPTED if interrupted else status, result)
     rounded = undecided(model, capped, instance, times, rows, parameters)
-    return result if rounded is None else result.noted(undecided_state(rounded))
+    if rounded is None:
+        return result
+    unknown = "not estimated: rounding decides a state below its tolerance"
+    kept = replace(result, errors={}, error_estimate=unknown) if errors else result
+    return kept.noted(undecided_state(rounded))
+
+
+def errors_not_estimated(model: LoadedModel, method: Solver) -> str:
+    """Say why the errors of a run cannot be estimated; empty where they can."""
+    if model.library.is_sampled:
+        return "not estimated: the errors of values that sampled parts hold are not followed"
+    if method.name in BACKENDS:
+        return f"not estimated: `{method.name}` is a solver of another package"
+    return ""
+
+
+def with_errors(model: LoadedModel, result: Result, off: Array) -> Result:
+    """Add the estimated errors of all outputs, (rows, outputs), to a result."""
+    of_columns = {
+        v.name: off[:, k] for k, v in enumerate(model.measured) if v.name in result.columns
+    }
+    errors, made = judged(result.columns, of_columns)
+    return replace(result, errors=errors, error_estimate=made)
 
 
 def raise_where_ended(

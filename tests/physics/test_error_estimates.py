@@ -1,0 +1,96 @@
+"""Estimated errors of runs against published values at the end, closed forms and tight runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+
+MODELS = Path(__file__).parents[1] / "models"
+LIBRARY = Path(bgc.__file__).parents[3] / "library"
+REFERENCES = json.loads((MODELS / "ivp" / "references.json").read_text())
+LARGE = {"pollution": 1e-2}  # atol over rtol
+
+
+@pytest.mark.parametrize(
+    ("name", "solver"),
+    [
+        ("oregonator", "rodas5p"),
+        ("pollution", "rodas5p"),
+        ("kaps", "rodas5p"),
+        ("squeezer", "rodas5p"),
+        ("detest_f1", "rodas5p"),  # pushed the other way at each second: events
+        ("five_bodies", "dopri5"),
+        ("chemical_akzo", "rodas5p"),  # an algebraic equation
+    ],
+)
+def test_estimates_are_within_twice_the_true_errors_at_the_end(name, solver):
+    model = bgc.compile(MODELS / "ivp" / f"{name}.bg")
+    end = model.facts.duration
+    run = model.simulate(
+        every=end / 1000, solver=solver, rtol=1e-5, atol=1e-5 * LARGE.get(name, 1.0), error=True
+    )
+    ratios = [
+        run.error[column][-1] / true
+        for column, exact in REFERENCES[name]["end"].items()
+        if (true := abs(run[column][-1] - exact)) > 1e-11 * np.abs(run[column]).max()
+    ]
+    assert 0.5 < np.median(ratios) < 2
+
+
+@pytest.mark.parametrize("path", ["examples/two_tanks", "examples/clutch", "scenes/ur5"])
+def test_rows_are_the_same_bits_with_and_without_estimates(path):
+    model = bgc.compile(LIBRARY / f"{path}.bg")
+    plain, estimated = model.simulate(), model.simulate(error=True)
+    for name, column in plain.columns.items():
+        assert column.tobytes() == estimated[name].tobytes()
+    assert not plain.errors and plain.error_estimate == ""
+
+
+BALL = """
+model Ball {
+  state x = 1;
+  state v = 0;
+  der(x) = v;
+  der(v) = -10 - 0.3*v*abs(v);
+  when x < 0 { reset v = -0.8*v; }
+}
+scene ball of Ball { observe x, v; run 1.9 every 1.9/400; }
+"""
+
+
+def test_errors_pass_jumps_and_count_between_rows(tmp_path):
+    path = tmp_path / "ball.bg"
+    path.write_text(BALL)
+    model = bgc.compile(path)
+    exact = model.simulate(rtol=1e-12, solver="radau5")
+    run = model.simulate(rtol=1e-4, error=True)
+    true = {name: np.abs(run[name] - exact[name]) for name in ("x", "v")}
+    at_rest = true["v"] < 0.1  # not between the computed and the exact jump
+    for name in ("x", "v"):
+        assert 0.5 < run.error[name][at_rest].max() / true[name][at_rest].max() < 2
+    # With two rows alone the second has the largest error of the whole run.
+    coarse = model.simulate(rtol=1e-4, error=True, every=1.9)
+    assert coarse.error["x"][-1] == pytest.approx(run.error["x"].max(), rel=0.5)
+
+
+CHAOS = """
+model Lorenz {
+  state y[3] = [1, 1, 1];
+  der(y) = [10*(y[2] - y[1]), y[1]*(28 - y[3]) - y[2], y[1]*y[2] - 8/3*y[3]];
+}
+scene lorenz of Lorenz { observe y; run 100 every 0.1; }
+"""
+
+
+def test_errors_of_a_chaotic_run_and_of_sampled_parts_are_withheld(tmp_path):
+    path = tmp_path / "lorenz.bg"
+    path.write_text(CHAOS)
+    run = bgc.compile(path).simulate(error=True)
+    assert np.isnan(run.error["y"]).all() and "`y[1]`" in run.error_estimate
+    sampled = bgc.compile(MODELS / "sampled.bg", scene="control")
+    assert "not estimated" in sampled.simulate(error=True).error_estimate
