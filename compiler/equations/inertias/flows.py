@@ -71,9 +71,9 @@ def _definitions_of(
 
     Where these seem to hold flows that in truth cancel, the rows of `N` itself.
     """
-    causal = variables.causal
+    causal, index = variables.causal, variables.index
     basis = causal.basis
-    definitions = flow_definitions(variables)
+    definitions = variables.flow_definitions
     classes = dict.fromkeys(
         causal.class_of[port.port.bond] for element in elements for port in inertias_of(element)
     )
@@ -84,41 +84,16 @@ def _definitions_of(
         new = set(definition.row) - reached if definition is not None else set()
         reached |= new
         stack.extend(new)
-    foreign = {
-        independent.bond_class
-        for k, independent in enumerate(basis)
-        if independent.kind is not BasisKind.FLOW_SOURCE and k not in flows
-    }
-    if reached.isdisjoint(foreign):
-        return [definition for number, definition in definitions.items() if number in reached]
+    others = reached - {basis[k].bond_class for k in flows}
+    source = BasisKind.FLOW_SOURCE
+    if all(index.kind_of.get(number, source) is source for number in others):
+        defined = sorted(reached & definitions.keys(), key=index.step_of.__getitem__)
+        return [definitions[number] for number in defined]
     return [
         Definition(number, {basis[k].bond_class: entry for k, entry in causal.flows[number]})
         for number in classes
         if number in definitions
     ]
-
-
-def flow_definitions(variables: Variables) -> dict[int, Definition]:
-    """The row of each dependent class, ordered so that no class appears in a later row.
-
-    Sources with zero value are omitted.
-    """
-    dag, causal = variables.dag, variables.causal
-    still = {
-        independent.bond_class
-        for k, independent in enumerate(causal.basis)
-        if independent.kind is BasisKind.FLOW_SOURCE and variables.independent(k) == dag.zero
-    }
-    found = {}
-    for step in causal.steps:
-        pivot = dict(step.working)[step.dependent]
-        row = {
-            number: dag.neg(dag.div(entry, pivot))
-            for number, entry in step.working
-            if number != step.dependent and number not in still
-        }
-        found[step.dependent] = Definition(step.dependent, row)
-    return found
 
 
 def momenta_of(
@@ -136,17 +111,17 @@ def momenta_in(
 ) -> dict[int, Node]:
     """The momenta on independent flows by their energy, as `momenta_of` gives them."""
     dag, basis = variables.dag, variables.causal.basis
-    values = {
-        independent.bond_class: flows[k] if k in flows else variables.independent(k)
-        for k, independent in enumerate(basis)
-        if k in flows or independent.kind is BasisKind.FLOW_SOURCE
-    }
+    values = {basis[k].bond_class: node for k, node in flows.items()}
+
+    def value(number: int) -> Node:
+        return values[number] if number in values else variables.source_of(number).value
+
     for definition in reversed(energy.definitions):
         terms = definition.row.items()
-        values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in terms)
+        values[definition.variable] = dag.sum(dag.mul(c, value(k)) for k, c in terms)
     momenta: dict[int, Node] = {}
     for number, row in energy.form.matrix.items():
-        momenta[number] = dag.sum(dag.mul(m, values[k]) for k, m in row.items())
+        momenta[number] = dag.sum(dag.mul(m, value(k)) for k, m in row.items())
     for definition in energy.definitions:
         behind = momenta.get(definition.variable, dag.zero)
         for number, c in definition.row.items():

@@ -11,7 +11,6 @@ import random
 from collections.abc import Mapping, Sequence
 
 from bgc.algebra.dag import Level
-from bgc.equations.inertias.flows import flow_definitions
 from bgc.equations.inertias.groups import inertias_of
 from bgc.equations.storage.constrained_energy import at_random
 from bgc.equations.storage.kinds import StorageElement
@@ -36,7 +35,7 @@ def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> 
             number, sign = causal.class_of[port.port.bond], port.port.through_sign
             collect(momenta, number, variables.symbols.turned(port.state, sign))
             collect(forces, number, variables.symbols.turned(port.bias, sign))
-    for step, definition in zip(causal.steps, flow_definitions(variables).values(), strict=True):
+    for step, definition in zip(causal.steps, variables.flow_definitions.values(), strict=True):
         behind = momenta.get(definition.variable, dag.zero)
         if behind == dag.zero:
             continue
@@ -67,7 +66,7 @@ def _assert_powerless(
     for k, independent in enumerate(causal.basis):
         flows[independent.bond_class] = random.Random(f"flow {k}").uniform(0.3, 1)
         rises[independent.bond_class] = 0.0
-    for definition in reversed(flow_definitions(variables).values()):
+    for definition in reversed(variables.flow_definitions.values()):
         behind, flow, rise = definition.variable, 0.0, 0.0
         for number, modulus in definition.row.items():
             c = numbers.value(modulus)

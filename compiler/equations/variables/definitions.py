@@ -9,11 +9,13 @@ definitions.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import TypeAlias
 
 from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import ConstrainedEnergy
+from bgc.algebra.quadratic import Definition as FlowDefinition
 from bgc.causality.certificates import Certificate, Certifier
 from bgc.diagnostics.records import dataclass
 from bgc.equations.variables.balances import Balances, CausalIndex
@@ -152,6 +154,29 @@ class Variables:
             if port.role is Role.RESISTANCE:
                 for given in self.laws_of([k]):
                     self._ports_of_law.setdefault(given, []).append(k)
+
+    @cached_property
+    def flow_definitions(self) -> dict[int, FlowDefinition]:
+        """The row of each dependent class, ordered so that no class appears in a later row.
+
+        Sources with zero value are omitted.
+        """
+        dag, causal = self.dag, self.causal
+        still = {
+            independent.bond_class
+            for k, independent in enumerate(causal.basis)
+            if independent.kind is BasisKind.FLOW_SOURCE and self.independent(k) == dag.zero
+        }
+        found = {}
+        for step in causal.steps:
+            pivot = dict(step.working)[step.dependent]
+            row = {
+                number: dag.neg(dag.div(entry, pivot))
+                for number, entry in step.working
+                if number != step.dependent and number not in still
+            }
+            found[step.dependent] = FlowDefinition(step.dependent, row)
+        return found
 
     def rate_of(self, node: Node, element: int) -> Node:
         """A symbol for the rate of change of a node, which belongs to an element."""
