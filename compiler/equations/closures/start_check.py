@@ -58,9 +58,9 @@ def _values(
 ) -> tuple[float, float] | None:
     """A variable and the value given to it; None where the point does not determine them."""
     dag = program.dag
-    symbols = map(dag.symbol_of, dag.reachable([one.node, one.value]))
+    symbols = dag.symbols_in([one.node, one.value]).values()
     loops = {Symbol(Kind.STATE, k) for k, s in enumerate(program.states) if s.kind == "algebraic"}
-    if any(s is not None and (s not in point or s in loops) for s in symbols):
+    if any(s not in point or s in loops for s in symbols):
         return None
     actual, wanted = evaluate_nodes(dag, [one.node, one.value], point)
     return actual, wanted

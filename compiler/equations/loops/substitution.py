@@ -113,25 +113,24 @@ class Resolver:
 
     def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
         """The derivatives of the states that a final node depends on."""
-        for inner in self._varying_in(of):
-            symbol = self._dag.symbol_of(inner)
-            rate = self._rates.get(symbol.index) if symbol and symbol.kind is Kind.STATE else None
+        for inner, symbol in self._varying_in(of).items():
+            rate = self._rates.get(symbol.index) if symbol.kind is Kind.STATE else None
             if rate is not None:
                 yield rate
             elif inner not in self.residuals:
                 raise self._variables.places.no_rate(node, symbol)
 
-    def _varying_in(self, of: Node) -> list[Node]:
+    def _varying_in(self, of: Node) -> dict[Node, Symbol]:
         """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
-        found, waiting = dict[Node, None](), [of]
+        found, waiting = dict[Node, Symbol](), [of]
         while waiting:
             for inner, symbol in self._dag.symbols_in([waiting.pop()]).items():
                 if symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
                     continue
-                found[inner] = None
+                found[inner] = symbol
                 if inner in self.residuals:
                     waiting.append(self.residuals[inner])
-        return list(found)
+        return found
 
     def _finish(self, node: Node) -> Node:
         """The final node of one whose needs are all final."""
@@ -166,9 +165,7 @@ class Resolver:
     def _moving(self, of: Node) -> tuple[dict[Node, Node], dict[Node, Node]]:
         """The raw rates of the states in a final node, and the residuals of the unknowns in it."""
         rates, unknown = dict[Node, Node](), dict[Node, Node]()
-        for inner in self._varying_in(of):
-            symbol = self._dag.symbol_of(inner)
-            assert symbol is not None
+        for inner, symbol in self._varying_in(of).items():
             if inner in self.residuals:
                 unknown[inner] = self.residuals[inner]
             else:

@@ -151,11 +151,8 @@ def states_in(dag: Dag, nodes: Iterable[Node], residuals: Mapping[Node, Node]) -
     found: dict[int, Node] = {}
     waiting = list(nodes)
     while waiting:
-        for node in dag.reachable([waiting.pop()]):
-            symbol = dag.symbol_of(node)
-            if symbol is None or symbol.kind is not Kind.STATE or symbol.index in found:
-                continue
-            found[symbol.index] = node
-            if node in residuals:
-                waiting.append(residuals[node])
+        for node, symbol in dag.symbols_in([waiting.pop()], Kind.STATE).items():
+            if symbol.index not in found:
+                found[symbol.index] = node
+                waiting += [residuals[node]] if node in residuals else []
     return found

@@ -87,8 +87,7 @@ def _known(program: Program) -> dict[Symbol, float]:
 
 
 def _has_unknowns(dag: Dag, nodes: Iterable[Node]) -> bool:
-    symbols = map(dag.symbol_of, dag.reachable(nodes))
-    return any(symbol is not None and symbol.kind is Kind.START for symbol in symbols)
+    return bool(dag.symbols_in(nodes, Kind.START))
 
 
 def _with_values(
@@ -114,8 +113,8 @@ def _with_values(
     for (k, _), x in zip(values, numbers, strict=True):
         states[k] = replace(states[k], initial=dag.const(float(f"{x:.{_DIGITS}g}")))
     program = replace(program, states=tuple(states))
-    symbols = map(dag.symbol_of, dag.reachable([*residuals, *(node for _, node in values)]))
-    if before is None and all(s is None or s.kind is Kind.START for s in symbols):
+    symbols = dag.symbols_in([*residuals, *(node for _, node in values)]).values()
+    if before is None and all(symbol.kind is Kind.START for symbol in symbols):
         return program
     start = Start(tuple(residuals), tuple(point), values, tuple(dict.fromkeys(names)))
     if before:

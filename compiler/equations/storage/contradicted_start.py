@@ -74,5 +74,4 @@ def parameters_behind(graph: FlatGraph, initial: Initial, source: Source) -> tup
 
 
 def _parameters(dag: Dag, node: Node) -> list[int]:
-    symbols = map(dag.symbol_of, dag.reachable([node]))
-    return sorted(s.index for s in symbols if s is not None and s.kind is Kind.PARAM)
+    return sorted(symbol.index for symbol in dag.symbols_in([node], Kind.PARAM).values())

@@ -148,11 +148,7 @@ def closed_initials(
         Initial values depend on each other cyclically.
     """
     needs = [
-        sorted(
-            symbol.index
-            for symbol in map(dag.symbol_of, dag.reachable([node]))
-            if symbol is not None and symbol.kind is Kind.STATE
-        )
+        sorted(symbol.index for symbol in dag.symbols_in([node], Kind.STATE).values())
         for node in initials
     ]
     closed: dict[int, Node] = {}
