@@ -30,12 +30,12 @@ class Reduction(Generic[Column]):
         """Divide a row by its entry of a column, and take the column from all other rows."""
         dag, row = self._dag, self.rows[i]
         pivot = row[column]
-        row |= {c: dag.div(node, pivot) for c, node in row.items()}
         for other in sorted(self.holding[column] - {i}):
-            weight = self.rows[other][column]
+            factor = dag.div(self.rows[other][column], pivot)
             for c, node in row.items():
-                left = dag.sub(self.rows[other].get(c, dag.zero), dag.mul(weight, node))
+                left = dag.sub(self.rows[other].get(c, dag.zero), dag.mul(factor, node))
                 self._put(other, c, left)
+        row |= {c: dag.div(node, pivot) for c, node in row.items()}
 
     def _put(self, i: int, column: Column, node: Node) -> None:
         holding = self.holding.setdefault(column, set())
