@@ -170,59 +170,11 @@ def test_solutions_are_those_of_dense_elimination(kernels: ctypes.CDLL, c: compl
     assert sizes == set(range(1, MOST_ROWS + 1))
 
 
-@pytest.mark.parametrize("c", [37.0, 31.0 + 22.0j], ids=["real", "complex"])
-def test_rows_of_the_mass_matrix_may_be_empty(kernels: ctypes.CDLL, c: complex) -> None:
-    """Index-1 systems: some rows of M are zero, some diagonals of W are, pivots are off them."""
-    rng = np.random.default_rng(6)
-    for _ in range(60):
-        size = int(rng.integers(2, 60))
-        algebraic = rng.random(size) < 0.3
-        partner = rng.permutation(np.flatnonzero(algebraic))
-        pivots = dict(zip(np.flatnonzero(algebraic).tolist(), partner.tolist(), strict=True))
-        mass = [(k, k) for k in range(size) if not algebraic[k]]
-        mass += [(k, k + 1) for k in range(size - 1) if not algebraic[k] and k % 3 == 0]
-        own = {(int(k), int(k)) for k in np.flatnonzero(algebraic)}
-        jacobian = sorted({*random_pattern(rng, size), *pivots.items()} - (own - {*pivots.items()}))
-        _, tables = planned(size, mass, jacobian, pivots.items())
-        large = np.array([10.0 * (pivots.get(row) == column) for row, column in jacobian])
-        entries = rng.uniform(0.2, 0.5, len(jacobian)) * rng.choice([-1, 1], len(jacobian)) + large
-        weights = rng.uniform(1.0, 2.0, len(mass)) * [1 if i == j else 0.2 for i, j in mass]
-        b = rng.normal(size=size)
-        status, _, x = solve(kernels, tables, weights, entries, c, b)
-        matrix = c * dense(size, mass, weights) - dense(size, jacobian, entries)
-        assert status == 0
-        expected = np.linalg.solve(matrix, b)
-        error = np.abs(x - expected).max() / np.abs(expected).max()
-        assert error < 1e-12 * np.linalg.cond(matrix), size
-
-
 def one_block(size: int) -> BlockTables:
     full = [(i, j) for i in range(size) for j in range(size)]
     everything = tuple(range(size))
     plan = BlockPlan(everything, everything, (size,), ((),), ((),))
     return lay_out_blocks(plan, {}, {place: k for k, place in enumerate(full)})
-
-
-@pytest.mark.parametrize("size", [2, 3, 5, 8])
-@pytest.mark.parametrize("tiny", [0.0, 1e-17, 1e-9])
-@pytest.mark.parametrize("units", [1.0, 1e12], ids=["even", "uneven"])
-def test_small_pivots_are_exchanged_within_a_block(
-    kernels: ctypes.CDLL, size: int, tiny: float, units: float
-) -> None:
-    """The diagonal of -J is small or zero, and the states have units of their own."""
-    rng = np.random.default_rng(size)
-    matrix = rng.normal(size=(size, size))
-    matrix[np.diag_indices(size)] = tiny
-    columns = units ** rng.uniform(-1, 1, size)  # one over the units of the states
-    scaled = matrix / columns[:, None] * columns
-    x = rng.normal(size=size) / columns
-    for c in (0.0, 0j):
-        status, growth, found = solve(
-            kernels, one_block(size), np.ones(1), -scaled.ravel(), c, scaled @ x, 1 / columns
-        )
-        assert status == 0 and growth < 1e5
-        error = np.abs((found - x) * columns).max() / np.abs(x * columns).max()
-        assert error < 1e-13 * np.linalg.cond(matrix)
 
 
 def test_units_choose_no_pivots(kernels: ctypes.CDLL) -> None:
@@ -236,25 +188,6 @@ def test_units_choose_no_pivots(kernels: ctypes.CDLL) -> None:
         )
         assert status == 0
         np.testing.assert_allclose(found, x, rtol=1e-13)
-
-
-def test_growth_shows_pivots_that_cancel(kernels: ctypes.CDLL) -> None:
-    """No exchange helps a pivot in a block of its own: c = 2 less an entry of nearly 2."""
-    _, tables = planned(3, None, [(0, 0)])
-    assert len(tables.blocks) > 2
-    for c in (2.0, complex(2.0)):
-        status, growth, _ = solve(kernels, tables, np.zeros(0), np.array([2 - 1e-9]), c, np.ones(3))
-        assert status == 0 and 1e9 < growth < 1e10
-
-
-@pytest.mark.parametrize("c", [2.0, complex(2.0)], ids=["real", "complex"])
-def test_a_singular_block_is_reported(kernels: ctypes.CDLL, c: complex) -> None:
-    _, apart = planned(3, None, [(0, 0)])
-    status, growth, _ = solve(kernels, apart, np.zeros(0), np.array([2.0]), c, np.ones(3))
-    assert status != 0 and not np.isfinite(growth)
-    full = np.full(16, -1.0)  # rank 1
-    status, growth, _ = solve(kernels, one_block(4), np.ones(1), full, 0 * c, np.ones(4))
-    assert status != 0 and not np.isfinite(growth)
 
 
 @pytest.mark.parametrize("size", [0, 1, 40, 300])

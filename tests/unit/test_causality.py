@@ -5,69 +5,24 @@ from __future__ import annotations
 import sys
 
 import pytest
-from graphs import GraphBuilder, causal_of, drawn, rlc
+from graphs import GraphBuilder, causal_of, rlc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
-from refusals import codes_of, refusal
+from refusals import codes_of
 
 from bgc.algebra.dag import Op
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
-from bgc.ir.causal import BasisKind, Rule
+from bgc.ir.causal import BasisKind
 from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:
     return codes_of(lambda: causal_of(g.build()))
 
-
-def kinds(g: GraphBuilder) -> list[BasisKind]:
-    return [b.kind for b in causal_of(g.build()).basis]
-
-
-def test_series_circuit_has_one_independent_flow() -> None:
-    causal = causal_of(rlc().build())
-    assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
-    assert [(s.rule, s.at_head) for s in causal.strokes] == [
-        (Rule.FIXED, True),  # the supply gives the effort to the loop
-        (Rule.PREFERRED, True),  # the coil is given the effort
-        (Rule.PREFERRED, False),
-        (Rule.INDIFFERENT, False),
-    ]
-    assert causal.strokes[1].reason == "`coil` integrates the effort"
-    assert causal.warnings == ()
-
-
-def test_parallel_circuit_makes_flows_of_compliance_and_resistance_dependent() -> None:
-    g = drawn(
-        "node : J0; coil : I(1); capacitor : C(1); resistor : R(1); "
-        "node -> coil, capacitor, resistor"
-    )
-    assert kinds(g) == [BasisKind.INERTIA, BasisKind.RESISTANCE]
     # the resistor's flow is the independent one: its law gives the effort, the capacitor's the
     # equation for it
-
-
-def test_two_efforts_on_one_junction_conflict() -> None:
-    g = drawn(
-        "first : Se(1); second : Se(2); node : J0; load : R(1); first -> node; "
-        "second -> node -> load"
-    )
-    diagnostic = refusal(lambda: causal_of(g.build()))
-    assert diagnostic.code == "BG501"
-    assert "`first` and `second` both set the same effort" in diagnostic.message
-    assert diagnostic.note == "they are connected through first - node - second"
-
-
-def test_two_flows_on_one_junction_conflict() -> None:
-    g = drawn("first : Sf(1); second : Sf(2); node : J1; first -> node; second -> node")
-    assert codes(g) == ["BG501"]
-
-
-def test_flows_conflict_through_a_transformer() -> None:
-    g = drawn("first : Sf(1); second : Sf(2); gear : TF(3); first -> gear -> second")
-    assert codes(g) == ["BG501"]
 
 
 @pytest.mark.parametrize(("source", "junction"), [("Se", "J1"), ("Sf", "J0")])
@@ -77,15 +32,6 @@ def test_source_without_load(source: str, junction: str) -> None:
     g.junction(junction, "node")
     g.bond("supply", "node")
     assert codes(g) == ["BG508"]
-
-
-def test_gyrator_becomes_a_transformer_of_a_dualised_region() -> None:
-    g = drawn("mass : I(2); motor : GY(3); spring : C(4); motor -> mass; spring -> motor")
-    causal = causal_of(g.build())
-    assert sorted(causal.dual) == [False, True]
-    # a spring behind a gyrator is a second inertia on the same independent flow
-    assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
-    assert Rule.DERIVATIVE in {s.rule for s in causal.strokes}
 
 
 def pendulum(ratio: Node, g: GraphBuilder) -> None:

@@ -26,69 +26,12 @@ def rational(numerator, denominator) -> Linearisation:
     return model(*signal.tf2ss(numerator, denominator))
 
 
-def cascade(rng) -> tuple[Linearisation, np.ndarray]:
-    """Sections of second order in series, in states without order or scale; and their zeros."""
-
-    def pair() -> np.ndarray:
-        if rng.random() < 0.5:
-            one = -rng.random() + 1j * rng.random()
-            return np.array([one, one.conjugate()])
-        return np.array([-rng.random(), rng.normal()])
-
-    A, B, C, D = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1))
-    zeros: list[complex] = []
-    for _ in range(rng.integers(1, 5)):
-        w = 10 ** rng.uniform(-1.5, 1.5)
-        poles, count = pair() * w, rng.integers(0, 3)
-        found = pair() * w if count == 2 else -rng.random(count) * w
-        zeros += found.tolist()
-        above = np.zeros(3)
-        above[2 - count :] = np.real(np.poly(found)) * w ** (2 - count)
-        below = np.real(np.poly(poles))
-        a = np.array([[0, w], [-below[2] / w, -below[1]]])
-        c = np.array([[(above[2] - below[2] * above[0]) / w, above[1] - below[1] * above[0]]])
-        b = np.array([[0.0], [1.0]])
-        A = np.block([[A, np.zeros((len(A), 2))], [b @ C, a]])
-        B, C, D = np.vstack([B, b @ D]), np.hstack([above[0] * C, c]), D * above[0]
-    n = len(A)
-    turn = np.linalg.qr(rng.normal(size=(n, n)))[0] @ np.diag(10 ** rng.uniform(-5, 5, n))
-    back, time = np.linalg.inv(turn), 10 ** rng.uniform(-4, 4)
-    scaled = model(back @ A @ turn * time, back @ B * 1e6, C @ turn, D * 1e6 / time)
-    return scaled, np.array(zeros) * time
-
-
 # --- poles and zeros --------------------------------------------------------------------------
-
-
-def test_zeros_are_those_of_the_sections():
-    """States of any scale; not one infinite zero may appear as a large one."""
-    rng = np.random.default_rng(5)
-    for _ in range(60):
-        linear, zeros = cascade(rng)
-        found = control.factors(linear)
-        assert found.accurate and len(found.zeros) == len(zeros)
-        for zero in zeros:
-            assert np.abs(found.zeros - zero).min() < 1e-5 * np.abs(zero)
-
-
-def test_a_gain_belongs_to_the_zeros_and_poles():
-    found = control.factors(rational([3, 6], [1, 4, 3]))
-    assert (found.zeros, found.gain) == (pytest.approx([-2]), pytest.approx(3))
-    np.testing.assert_allclose(found.poles, [-3, -1])
-    assert control.factors(rational([-5], [1, 1])).gain == pytest.approx(-5)
 
 
 def test_a_mode_that_is_not_reached_is_a_pole_and_a_zero():
     found = control.factors(model(np.diag([-1, -2]), [[1], [0]], [[1, 1]], [[0]]))
     assert found.zeros == pytest.approx([-2])
-
-
-def test_zeros_of_two_inputs_and_two_outputs():
-    """G = [1/(s+1), 2/(s+3); 1/(s+1), 1/(s+1)]: det G is zero where s + 3 = 2 s + 2."""
-    linear = model(
-        np.diag([-1, -3, -1]), [[1, 0], [0, 1], [0, 1]], [[1, 2, 0], [1, 0, 1]], np.zeros((2, 2))
-    )
-    np.testing.assert_allclose(control.transmission_zeros(linear), [1], rtol=1e-9)
 
 
 def test_a_descriptor_has_the_zeros_of_its_pencil():
@@ -98,20 +41,6 @@ def test_a_descriptor_has_the_zeros_of_its_pencil():
 
 
 # --- margins ----------------------------------------------------------------------------------
-
-
-def test_margins_of_a_triple_lag():
-    """6/(s + 1)^3: gain margin 8/6 at sqrt(3), phase margin 180 - 3 atan(w) deg."""
-    found = control.margins(rational([6], [1, 3, 3, 1]))
-    (gain,), (phase,) = found.gain, found.phase
-    crossover = math.sqrt(6 ** (2 / 3) - 1)
-    margin = math.pi - 3 * math.atan(crossover)
-    assert gain.amount == pytest.approx(20 * math.log10(8 / 6))
-    assert phase.amount == pytest.approx(math.degrees(margin))
-    assert found.delay == pytest.approx(margin / crossover)
-    assert (found.open_right, found.closed_right, found.encirclements) == (0, 0, 0)
-    omega = np.linspace(1, 2, 200_001)
-    assert found.modulus == pytest.approx(np.abs(1 + 6 / (1j * omega + 1) ** 3).min(), rel=1e-9)
 
 
 def test_a_loop_beyond_its_gain_margin_is_unstable():
@@ -130,42 +59,11 @@ def test_feedback_may_stabilise():
 # --- closed loops -----------------------------------------------------------------------------
 
 
-def test_a_closed_loop_is_the_formula():
-    G = rational([2, 3, 4], [1, 2, 5])  # with a direct part
-    closed, omega = control.close_loop(G, 7.0), np.geomspace(0.01, 100, 20)
-    value = G.response(omega)[:, 0, 0]
-    np.testing.assert_allclose(closed.response(omega)[:, 0, 0], 7 * value / (1 + 7 * value))
-    assert closed.inputs == ("reference",) and closed.units["reference"] == "m"
-
-
 def test_a_loop_without_a_solution_is_refused():
     assert refusals(lambda: control.close_loop(rational([-2, 1], [1, 1]), 0.5))[0].code == "BG795"
 
 
 # --- step responses ---------------------------------------------------------------------------
-
-
-def test_the_step_of_a_damped_oscillator():
-    ratio, omega = 0.2, 3.0
-    found = control.step_response(rational([omega**2], [1, 2 * ratio * omega, omega**2]))
-    damped = omega * math.sqrt(1 - ratio**2)
-    t, decay = found.time, ratio * omega
-    exact = 1 - np.exp(-decay * t) * (np.cos(damped * t) + decay / damped * np.sin(damped * t))
-    np.testing.assert_allclose(found.value[:, 0], exact, atol=1e-11)
-    facts = found.facts()
-    assert facts.overshoot == pytest.approx(math.exp(-decay * math.pi / damped), rel=1e-6)
-    assert facts.peak_time == pytest.approx(math.pi / damped, rel=1e-5)
-    inside = np.abs(exact - 1) <= 0.02
-    last = t[np.flatnonzero(~inside)[-1]]
-    assert last <= facts.settling <= last + t[1]
-
-
-def test_the_impulse_is_the_rate_of_the_step():
-    linear = rational([1, 4], [1, 3, 2])
-    rise, blow = (f(linear, 4.0) for f in (control.step_response, control.impulse_response))
-    np.testing.assert_allclose(np.gradient(rise.value[:, 0], rise.time)[1:-1], blow.value[1:-1, 0],
-                               atol=1e-5)  # fmt: skip
-    assert (rise.steady[0], blow.steady[0]) == (pytest.approx(2), 0)
 
 
 def test_a_stiff_mode_takes_no_accuracy():

@@ -59,18 +59,6 @@ def constant_ring(kinds: str, **initial: float) -> GraphBuilder:
 # --- odd loops of gyrators ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("kinds", "states"), [("CCC", 2), ("CCI", 3), ("CII", 2), ("III", 3), ("CCR", 2), ("CRI", 2)]
-)
-def test_a_ring_of_three_gyrators_has_the_states_of_its_pencil(kinds: str, states: int) -> None:
-    g = constant_ring(kinds)
-    assert pencil_degree(g.build()) == states
-    g.accounts = ("residual",)
-    program = assert_solves_everything(g)
-    assert len(program.states) == states
-    assert abs(energy_defect(program)) < 1e-8
-
-
 def test_storage_that_a_ring_joins_is_named_by_what_it_is_merged_from() -> None:
     program = program_of(constant_ring("CCC"))
     assert [s.name for s in program.states] == ["C0.merged.q", "C2.merged.q"]
@@ -106,39 +94,6 @@ def test_a_ring_all_of_whose_moduli_may_vanish_is_refused() -> None:
     assert codes_of(program_of, g) == ["BG513"]
 
 
-def test_three_capacitors_on_a_gyristor_keep_two_charges() -> None:
-    g = GraphBuilder()
-    g.gyristor("spin", g.matrix([[0, -3, 2], [3, 0, -1], [-2, 1, 0]]))
-    for k in range(3):
-        g.junction("J1", f"n{k}")
-        g.storage("C", f"c{k}", k + 1)
-        g.fan(f"n{k}", f"c{k}", "spin")
-    assert pencil_degree(g.build()) == 2
-    assert len(assert_solves_everything(g).states) == 2
-
-
-def test_a_damper_field_lets_both_ends_move_together() -> None:
-    """Two springs and a damper between their ends: what both do alike is not damped."""
-    g = GraphBuilder()
-    g.resistor("damper", [[4, -4], [-4, 4]])
-    for k in range(2):
-        g.junction("J1", f"n{k}")
-        g.storage("C", f"c{k}", k + 1)
-        g.fan(f"n{k}", f"c{k}", "damper")
-    assert pencil_degree(g.build()) == 1
-    assert [s.name for s in assert_solves_everything(g).states] == ["c1.merged.q"]
-
-
-def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
-    g = constant_ring("CCC")
-    g.draw("more : C(7); beside : J0")
-    g.bonds[0] = ("n0", "beside", True)
-    g.fan("beside", "C0", "more")
-    assert pencil_degree(g.build()) == 2
-    program = assert_solves_everything(g)
-    assert [s.name for s in program.states] == ["C2.merged.q", "beside.q"]
-
-
 NEARLY_ALIKE = "a : J1; b : J1; x : J0; y : J0; n : J1; m : J1; push : Se(1); hold : Se(2)"
 
 
@@ -151,21 +106,6 @@ def springs_side_by_side(*stiffness: float | list[list[int]]) -> GraphBuilder:
         for _ in rows:
             g.bond("node", f"c{k}")
     return g
-
-
-@pytest.mark.parametrize("stiffness", [(2, 3), (-2, 1), (1, [[2, 1], [0, 3]])], ids=str)
-def test_stiffnesses_in_parallel_are_solved_as_they_are(
-    stiffness: tuple[float | list[list[int]], ...],
-) -> None:
-    """Positive definite, negative, and of a field that has no energy: each has one solution."""
-    g = springs_side_by_side(*stiffness)
-    assert pencil_degree(g.build()) == 1
-    assert len(assert_solves_everything(g).states) == 1
-
-
-@pytest.mark.parametrize("second", [-2, -2 + 1e-12])
-def test_stiffnesses_that_cancel_are_refused(second: float) -> None:
-    assert codes_of(program_of, springs_side_by_side(2, second)) == ["BG512"]
 
 
 def test_a_field_that_cancels_itself_is_refused_without_naming_it_twice() -> None:

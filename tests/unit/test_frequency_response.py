@@ -4,35 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from linear_models import K1, K2, K12, M1, M2, MODELS, TWO_MASSES, D, code_of, linear, state_space
+from linear_models import TWO_MASSES, code_of, linear, state_space
 from refusals import refusal
 
-import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.frequency import frequency_response
-
-
-def test_the_response_of_an_rlc_circuit_is_its_closed_form():
-    R, L, C = 2.0, 3.0, 4.0  # of tests/models/series_rlc.bg
-    model = bgc.compile(MODELS / "series_rlc.bg")
-    response = frequency_response(model.linearise(["supply.e"], ["capacitor.e"]))
-    s = 1j * response.omega
-    exact = 1 / (L * C * s**2 + R * C * s + 1)
-    np.testing.assert_allclose(response.value, exact, rtol=1e-10)
-    np.testing.assert_allclose(response.magnitude, 20 * np.log10(np.abs(exact)), rtol=1e-10)
-    damped = 180 + np.rad2deg(np.arctan2(R * C * response.omega, L * C * response.omega**2 - 1))
-    np.testing.assert_allclose(response.phase, -(360 - damped), rtol=1e-10)
-    assert response.omega[0] <= 0.1 / math.sqrt(L * C) and response.omega[-1] >= 10
-
-
-def test_the_response_of_two_masses_is_its_closed_form(tmp_path):
-    response = frequency_response(linear(tmp_path, TWO_MASSES, ["push.e"], ["right.f"]), 0.1, 100)
-    s = 1j * response.omega
-    coupling = K12 + D * s
-    first, second = M1 * s**2 + K1 + coupling, M2 * s**2 + K2 + coupling
-    exact = s * coupling / (first * second - coupling**2)
-    np.testing.assert_allclose(response.value, exact, rtol=1e-10)
-    assert (response.omega[0], response.omega[-1]) == (pytest.approx(0.1), pytest.approx(100))
 
 
 def test_the_peak_and_the_margins_have_all_their_digits(tmp_path):

@@ -30,17 +30,6 @@ from bgc.runtime.linear.state_space import pencil_eigenvalues, without_algebraic
 # --- state space ------------------------------------------------------------------------------
 
 
-def test_two_masses_have_their_textbook_matrices(tmp_path):
-    lin = linear(tmp_path, TWO_MASSES, ["push.e"])
-    names = ("body1.p", "body2.p", "wall1.q", "wall2.q", "spring.q")
-    assert lin.states == names and lin.inputs == ("push.e",)
-    np.testing.assert_allclose(lin.A, EXACT_A, rtol=1e-15)
-    np.testing.assert_allclose(lin.B, [[1], [0], [0], [0], [0]], rtol=1e-15)
-    np.testing.assert_allclose(lin.C, [[0, 1 / M2, 0, 0, 0], [0, 0, 0, 0, 1]], rtol=1e-15)
-    assert not lin.D.any() and lin.is_explicit
-    assert (lin.units["push.e"], lin.units["v2"]) == ("N", "m/s")
-
-
 def test_an_output_that_the_input_reaches_at_once_is_in_D(tmp_path):
     lin = linear(tmp_path, TWO_MASSES, ["push.e"], ["body1.e", "3*left.f"])
     np.testing.assert_allclose(lin.D, [[1], [0]], atol=1e-15)
@@ -102,14 +91,6 @@ def test_scipy_takes_the_matrices_as_they_are():
 
 
 # --- operating points -------------------------------------------------------------------------
-
-
-def test_an_equilibrium_balances_the_forces(tmp_path):
-    lin = linear(tmp_path, TWO_MASSES, ["push.e"], at="steady")
-    stiffness = [[K1 + K12, -K12], [-K12, K2 + K12]]
-    x1, x2 = np.linalg.solve(stiffness, [4.0, 0.0])
-    # The springs close a loop of flows: q12 - q1 + q2 is conserved, and so it has to stay 0.
-    np.testing.assert_allclose(lin.point, [0, 0, x1, x2, x1 - x2], atol=1e-12)
 
 
 def test_a_nonlinear_equilibrium(tmp_path):
@@ -230,15 +211,6 @@ def test_a_descriptor_keeps_its_response(tmp_path):
 
 
 # --- modes ------------------------------------------------------------------------------------
-
-
-def test_a_damped_oscillator_has_the_mode_of_its_closed_form():
-    ratio, omega = 0.3, 5.0
-    (mode,) = state_space([[0, 1], [-(omega**2), -2 * ratio * omega]]).modes()
-    assert mode.damping == pytest.approx(ratio)
-    assert mode.natural_period == pytest.approx(2 * math.pi / omega)
-    assert mode.frequency == pytest.approx(omega * math.sqrt(1 - ratio**2) / (2 * math.pi))
-    assert mode.time_constant == pytest.approx(1 / (ratio * omega))
 
 
 def test_a_state_that_only_follows_has_no_part_in_a_mode():

@@ -8,10 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import codes_of
 
 import bgc
-from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Stages, compile_scene
 from bgc.equations.audit import power_defect
 from bgc.ir.program import Loop, LoopKind, LoopSolution
@@ -50,18 +48,6 @@ def test_a_linear_loop_is_reported_with_its_bonds_and_elements():
     assert loop.elements == ("first", "shunt", "last")
     assert {"left -> first", "node -> shunt", "right -> last"} <= set(loop.bonds)
     assert (loop.kind, loop.solution) == (LoopKind.CONSTANT, LoopSolution.ELIMINATION)
-
-
-@pytest.mark.parametrize(
-    ("scene", "kind", "solution"),
-    [
-        ("diodes", LoopKind.NONLINEAR, LoopSolution.NEWTON),
-        ("lever", LoopKind.VARYING, LoopSolution.ELIMINATION),
-    ],
-)
-def test_the_kind_of_a_loop_and_its_solution(scene, kind, solution):
-    (loop,) = loops_of(scene)
-    assert (loop.kind, loop.solution) == (kind, solution)
 
 
 def test_a_loop_in_one_unknown_is_closed_for_good_where_its_law_allows(compilation):
@@ -153,67 +139,7 @@ def test_only_divisors_that_may_vanish_at_the_defaults_are_watched(written, leas
     assert len(stages.equations.divisors) == watched
 
 
-def test_divisors_that_change_their_sign_do_no_harm(written):
-    path = written(
-        "model M { state x = -1; der(x) = 1; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
-        " cos(x)*f[1] - x*f[2]]; } s : MSe[2](e = [1, 2]); j : J1[2]; s -> j -> pair; }"
-        "scene s1 of M { observe pair.f, x; run 2 s every 0.25 s; }"
-    )
-    result = bgc.compile(path).simulate()
-    for x, f in zip(result["x"], result["pair.f"], strict=True):
-        exact = np.linalg.solve([[x, np.cos(x)], [np.cos(x), -x]], [1, 2])
-        np.testing.assert_allclose(f, exact, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("rest", "which"), [(", store", "has no solution"), ("", "has infinitely many solutions")]
-)
-def test_a_singular_loop_has_no_solution_or_any(compilation, rest, which):
-    with pytest.raises(BgError) as error:
-        _ = compilation(
-            "model M { boost : MSe(e = 2*loop.f); loop : J1; load : R(2); "
-            f"{'store : C(1);' if rest else ''} boost -> loop -> load{rest}; }}"
-        ).equations
-    (diagnostic,) = error.value.diagnostics
-    assert diagnostic.code == "BG520"
-    assert which in diagnostic.message
-    assert "`loop -> load`" in diagnostic.message
-
-
-@pytest.mark.parametrize("k", [0.3, 0.1 + 0.2])  # the same but for rounding
-def test_parameters_that_make_a_loop_singular_are_refused_at_run_time(written, k):
-    model = bgc.compile(
-        written(
-            "model M { param k = 1; s : Se(e = 1); boost : MSe(e = k*loop.f); loop : J1;"
-            "load : R(0.3); s -> loop; boost -> loop -> load; }"
-            "scene s1 of M { observe loop.f; run 1 s; }"
-        )
-    )
-    assert model.simulate()["loop.f"][0] == pytest.approx(1 / (0.3 - 1))
-    with pytest.raises(BgError) as error:
-        model.simulate(parameters={"k": k})
-    assert [d.code for d in error.value.diagnostics] == ["BG707"]
-    assert "loop" in error.value.diagnostics[0].message
-
-
 # --- nonlinear loops ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "law", ["2*log(f) + f^2", "sqrt(f - 3) + f^2/8", "f^3 + f^5 + 1/f", "f*abs(f)*cosh(f)"]
-)
-def test_a_loop_that_is_undefined_or_flat_at_zero_is_started_elsewhere(written, law):
-    model = bgc.compile(
-        written(
-            "model M { s : Se(e = 7); j : J1; "
-            f"a : R {{ e = {law}; }} b : R(1); s -> j -> a, b; }}"
-            "scene s1 of M { observe j.f, a.e; run 1 s; }"
-        )
-    )
-    result = model.simulate(0.1)
-    f = result["j.f"][0]
-    names = {"log": np.log, "sqrt": np.sqrt, "cosh": np.cosh, "f": f}
-    assert eval(law.replace("^", "**"), names) + f == pytest.approx(7, abs=1e-8)
 
 
 def test_the_audit_sees_a_slip_beside_a_loop(compilation):
@@ -232,22 +158,3 @@ def test_the_audit_sees_a_slip_beside_a_loop(compilation):
 
 
 # --- equations with a singular mass matrix ------------------------------------------------------
-
-HIDDEN = (
-    "model M {{ param k = 1; state x = 1; state y = 5; equation k*der(x) + k*der(y) = -x;"
-    "equation 2*der(x) + 2*der(y) = y - 3*x; }} scene s1 of M {{ observe x, y; run 1 s; {} }}"
-)
-
-
-@pytest.mark.parametrize("method", ["", "step 10 ms; solver ros34prw;", "solver radau5;"])
-def test_what_equations_say_without_rates_is_found(written, method):
-    # Less twice the first, the second says y = x; x + y = 6 is what the rates leave.
-    result = bgc.compile(written(HIDDEN.format(method))).simulate(every=0.1)
-    exact = 3 * np.exp(-result.time / 2)
-    np.testing.assert_allclose(result["x"], exact, rtol=1e-5)
-    np.testing.assert_allclose(result["y"], exact, rtol=1e-5)
-
-
-def test_equations_whose_rates_vanish_with_a_parameter_are_refused(written):
-    model = bgc.compile(written(HIDDEN.format("")))
-    assert codes_of(model.simulate, parameters={"k": 0}) == ["BG707"]
