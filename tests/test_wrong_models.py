@@ -107,7 +107,7 @@ def test_no_blessed_message_is_an_orphan():
 # Unit tests that name a code of a wrong model, by what they check and no text of a model can show.
 BESIDE = {
     "a pass alone, on graphs, trees or expressions built by hand": (
-        "causality determined equations expressions fold free_motions linear loops "
+        "causality determined equations expressions fold free_motions linear "
         "physics_checks transfer"
     ),
     "parsing, formatting or editing: what else is read, the end of a file, what an edit makes": (
