@@ -19,45 +19,7 @@ from bgc.emission.factorisation import choose_blocks
 from bgc.emission.sparse import plan_pattern
 from bgc.ir.lowered import BlockPlan
 
-SHIM = """
-#include "bgc_internal.h"
-#include <string.h>
-
-static bgc_model model_of(const bgc_block_info *info, int n_state, int n_mass) {
-    bgc_model m;
-    memset(&m, 0, sizeof m);
-    m.n_state = n_state;
-    m.n_mass = n_mass;
-    m.blocks = info;
-    return m;
-}
-
-/* b := (c M - J)^-1 b by real factors; returns the status of the factorisation. */
-int trial(const bgc_block_info *info, int n_state, int n_mass, const double *scale,
-          const double *mass, const double *jac, double c, double *lu, double *growth, double *work,
-          double *b) {
-    const bgc_model m = model_of(info, n_state, n_mass);
-    const int status = bgc_block_factor(&m, scale, mass, jac, c, lu, growth, work);
-    if (status == 0) {
-        bgc_block_solve(&m, lu, b, work);
-    }
-    return status;
-}
-
-/* The same for a complex c, and b of complex numbers. */
-int complex_trial(const bgc_block_info *info, int n_state, int n_mass, const double *scale,
-                  const double *mass, const double *jac, double re, double im, double *lu,
-                  double *growth, double *work, double *b) {
-    const bgc_model m = model_of(info, n_state, n_mass);
-    bgc_complex *factors = (bgc_complex *)(void *)lu;
-    const bgc_complex c = {re, im};
-    const int status = bgc_complex_block_factor(&m, scale, mass, jac, c, factors, growth, work);
-    if (status == 0) {
-        bgc_complex_block_solve(&m, factors, (bgc_complex *)(void *)b, (bgc_complex *)(void *)work);
-    }
-    return status;
-}
-"""
+SHIM = Path(__file__).parent / "cprograms" / "block_trial.c"
 SETS = {
     "native": ("-march=native",),
     "avx2": ("-march=x86-64-v3",),
@@ -81,13 +43,12 @@ def kernels(request: Any, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CD
     if request.param == "avx2" and not (CPU.exists() and " avx2 " in CPU.read_text("ascii")):
         pytest.skip("the processor has no AVX2")
     folder = tmp_path_factory.mktemp("blocks")
-    shim, target = folder / "shim.c", folder / "blocks.so"
-    shim.write_text(SHIM, "utf-8")
+    target = folder / "blocks.so"
     files = [
         runtime_directory() / f"{name}.c" for name in ("block_pivots", "blocks", "complex_blocks")
     ]
     flags = ("-O1", "-ffp-contract=fast", f"-I{runtime_directory()}", *SETS[request.param])
-    run_compiler(*flags, "-shared", shim, *files, "-o", target, "-lm")
+    run_compiler(*flags, "-shared", SHIM, *files, "-o", target, "-lm")
     return ctypes.CDLL(str(target))
 
 

@@ -51,32 +51,7 @@ def test_the_c_file_builds_for_other_systems(written, target):
     assert (written / f"{target}.o").stat().st_size > 1000
 
 
-PROGRAM = """
-#include "first.h"
-#include "second.h"
-#include <stdio.h>
-
-#define RUN(prefix)                                                    \\
-    do {                                                               \\
-        const prefix##_model *m = prefix##_get_model();                \\
-        prefix##_data *d = prefix##_new(m);                            \\
-        const double times[2] = {0.0, 1.0};                            \\
-        double rows[2];                                                \\
-        size_t done;                                                   \\
-        if (prefix##_reset(m, d, 0.0) != 0 ||                          \\
-            prefix##_run(m, d, times, 2, rows, &done) != 0) {          \\
-            return 1;                                                  \\
-        }                                                              \\
-        printf("%s %.6f\\n", m->param[0].name, rows[1]);                \\
-        prefix##_free(m, d);                                           \\
-    } while (0)
-
-int main(void) {
-    RUN(left);
-    RUN(right_hand);
-    return 0;
-}
-"""
+PROGRAM = Path(__file__).parent / "cprograms" / "two_models.c"
 
 
 def build(*arguments: object):
@@ -92,11 +67,10 @@ def test_two_models_link_into_one_program(tmp_path, monkeypatch):
         )
         done = build(f"{name}.bg", "--target", "c", "--prefix", prefix)
         assert (done.exit_code, done.stdout) == (0, f"{name}.c\n"), done.output
-    Path("main.c").write_text(PROGRAM)
     compiler = find_toolchain().command
     strict = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1")
     subprocess.run(
-        [*compiler, *strict, "main.c", "first.c", "second.c", "-o", "both", "-lm"], check=True
+        [*compiler, *strict, "-I.", PROGRAM, "first.c", "second.c", "-o", "both", "-lm"], check=True
     )
     done = subprocess.run(["./both"], capture_output=True, text=True, check=True)
     found = [line.split() for line in done.stdout.splitlines()]
