@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from model_files import model_text
+from model_files import compiled, model_text
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.linalg import expm
@@ -42,9 +42,7 @@ def recorded(folder: Path, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
 def model_of(folder: Path, text: str = CAR, **replaced: str) -> bgc.Model:
     for name, value in replaced.items():
         text = text.replace(name, value)
-    path = folder / "model.bg"
-    path.write_text(text)
-    return bgc.compile(path)
+    return compiled(folder, text)
 
 
 def exact_ride(s: np.ndarray, z: np.ndarray, speed: float, at: np.ndarray) -> np.ndarray:

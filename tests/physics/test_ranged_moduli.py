@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from model_files import model_text
+from model_files import compiled, model_text
 from refusals import codes_of
 from scipy.integrate import solve_ivp
 
-import bgc
 from bgc.diagnostics.diagnostic import BgError
 
 ROD = model_text("ranged_moduli_rod")
@@ -16,12 +15,6 @@ ROD = model_text("ranged_moduli_rod")
 POLE = model_text("ranged_moduli_pole")
 
 SPRINGS = model_text("ranged_moduli_springs")
-
-
-def compiled(tmp_path, text):
-    path = tmp_path / "m.bg"
-    path.write_text(text)
-    return bgc.compile(path)
 
 
 @pytest.fixture(scope="module")

@@ -8,21 +8,19 @@ import math
 
 import numpy as np
 import pytest
+from model_files import compiled
 from refusals import codes_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-import bgc
-
 
 def simulate(tmp_path, model, observed, duration=1.0, rtol=1e-10):
-    path = tmp_path / "m.bg"
-    path.write_text(
+    text = (
         f"model M {{ {model} }}\n"
         f"scene s of M {{ observe {observed}, energy.residual; "
         f"run {duration} s every {duration / 20} s; }}"
     )
-    return bgc.compile(path).simulate(duration, every=duration / 20, rtol=rtol)
+    return compiled(tmp_path, text).simulate(duration, every=duration / 20, rtol=rtol)
 
 
 def reference(rates, start, times):

@@ -9,25 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model_files import compiled
 from refusals import refusal
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.model import Model
 
 CUBIC = "{ f = p + p^3; }"
 TWO = """model M {{ j : J1; a : {a} b : {b} r : R(1); j -> a, b, r; }}
 scene s of M {{ observe a.p, b.p, a.f, b.f; run 1 s; }}"""
 PAIR = """model M {{ j : J0; a : {a} b : {b} r : R(1); j -> a, b, r; }}
 scene s of M {{ observe a.q, b.q, a.e, b.e; run 1 s; }}"""
-
-
-def compiled(folder: Path, text: str) -> Model:
-    path = folder / "model.bg"
-    path.write_text(text)
-    return bgc.compile(path)
 
 
 def start_of(folder: Path, text: str, **parameters: float) -> dict[str, float]:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from model_files import model_text
+from model_files import compiled, model_text
 from scipy.integrate import solve_ivp
 from turned_bodies import draw_bodies
 
-import bgc
 from bgc.driver import check_source
 from bgc.equations.storage import constrained_energy
 
@@ -21,9 +20,7 @@ WIDE = model_text("turned_bodies_wide")
 
 
 def run(tmp_path, text):
-    path = tmp_path / "m.bg"
-    path.write_text(text)
-    return bgc.compile(path).simulate(rtol=1e-10, atol=1e-12)
+    return compiled(tmp_path, text).simulate(rtol=1e-10, atol=1e-12)
 
 
 def agrees_with_the_reference(result, bodies):

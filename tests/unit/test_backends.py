@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from model_files import model_text
+from model_files import compiled, model_text
 from refusals import codes_of, refusal
 from trades import OSCILLATOR, quick, written
 
@@ -31,12 +31,6 @@ scene out of Fenced { observe x; run 1 s; }
 """
 
 COUPLED = model_text("backends_coupled")
-
-
-def compiled(folder, text):
-    path = folder / "m.bg"
-    path.write_text(text, encoding="utf-8")
-    return bgc.compile(path)
 
 
 @pytest.fixture(scope="session")

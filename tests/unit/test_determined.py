@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from model_files import compiled
 from refusals import refusal
 from scipy.integrate import solve_ivp
 
-import bgc
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.expansion import expanded_text
 
@@ -18,12 +18,6 @@ PENDULUM = """model P {
   CONSTRAINT
 }
 scene s of P { observe x, y, T; run 2 s every 0.1 s; solver rodas5p(rtol = 1e-10); }"""
-
-
-def compiled(tmp_path, text, **options):
-    path = tmp_path / "m.bg"
-    path.write_text(text)
-    return bgc.compile(path, **options)
 
 
 def refused(tmp_path, text, **options):

@@ -6,19 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from model_files import model_text
+from model_files import compiled, model_text
 
-import bgc
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
 
 MODELS = Path(__file__).parents[1] / "models"
-
-
-def compiled(folder: Path, text: str) -> Model:
-    path = folder / "model.bg"
-    path.write_text(text)
-    return bgc.compile(path)
 
 
 def alone(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarray:

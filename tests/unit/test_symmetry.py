@@ -1,5 +1,6 @@
 """Parameters of a run that make a symmetric storage matrix asymmetric are refused (BG445)."""
 
+import model_files
 import numpy as np
 import pytest
 from refusals import refusal
@@ -27,9 +28,7 @@ def folder(tmp_path_factory):
 
 
 def compiled(folder, body, scene=SCENE):
-    path = folder / "m.bg"
-    path.write_text(FREE.format(body=body) + scene, encoding="utf-8")
-    return bgc.compile(path)
+    return model_files.compiled(folder, FREE.format(body=body) + scene)
 
 
 def checks_of(model):
