@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import codes_of
 
 import bgc
 from bgc.driver import Stages, compile_scene
@@ -158,3 +159,23 @@ def test_the_audit_sees_a_slip_beside_a_loop(compilation):
 
 
 # --- equations with a singular mass matrix ------------------------------------------------------
+
+
+HIDDEN = (
+    "model M {{ param k = 1; state x = 1; state y = 5; equation k*der(x) + k*der(y) = -x;"
+    "equation 2*der(x) + 2*der(y) = y - 3*x; }} scene s1 of M {{ observe x, y; run 1 s; {} }}"
+)
+
+
+@pytest.mark.parametrize("method", ["", "step 10 ms; solver ros34prw;", "solver radau5;"])
+def test_what_equations_say_without_rates_is_found(written, method):
+    # Less twice the first, the second says y = x; x + y = 6 is what the rates leave.
+    result = bgc.compile(written(HIDDEN.format(method))).simulate(every=0.1)
+    exact = 3 * np.exp(-result.time / 2)
+    np.testing.assert_allclose(result["x"], exact, rtol=1e-5)
+    np.testing.assert_allclose(result["y"], exact, rtol=1e-5)
+
+
+def test_equations_whose_rates_vanish_with_a_parameter_are_refused(written):
+    model = bgc.compile(written(HIDDEN.format("")))
+    assert codes_of(model.simulate, parameters={"k": 0}) == ["BG707"]
