@@ -21,72 +21,73 @@ enum { MOST_TERMS = 4 }; /* stages of methods with fixed steps */
  * of two, the other one with the weights of sub-steps: the stability polynomial of each vanishes
  * somewhere beyond the stability limit, not both at one place. */
 typedef struct {
-    int both; /* the other weights count, too */
-    double weight[2][MOST_TERMS];
+    const double *weight, *other; /* other: NULL, or the second ones */
     const number *stage[MOST_TERMS];
 } correction_terms;
 
 /* The terms: stages of a tableau, or one vector that the family fills. Those that are missing have
  * no weight. */
-static correction_terms find_terms(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
+static void find_terms(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                       correction_terms *of) {
+    static const double one[MOST_TERMS] = {1.0};
     const bgc_tableau *tableau = method->tableau;
-    correction_terms of = {.both = 0};
+    const size_t length = bgc_chunked(m->n_state);
+    const number *first = d->stages;
     int count = 1;
 
+    of->weight = one;
+    of->other = NULL;
     if (tableau == NULL) {
+        first = d->right;
         bgc_correct_by(m, d, method, d->right);
-        of.weight[0][0] = 1.0;
     } else {
         count = tableau->stages > 1 ? tableau->stages : 2;
-        memcpy(of.weight[0], tableau->e, sizeof of.weight[0]);
-        if (!method->family->jacobian) {
-            of.both = 1;
-            memcpy(of.weight[1], tableau->embedded, sizeof of.weight[1]);
-        }
+        of->weight = tableau->e;
+        of->other = method->family->jacobian ? NULL : tableau->embedded;
     }
     for (int j = 0; j < MOST_TERMS; j++) {
-        const size_t at = j < count ? (size_t)j * bgc_chunked(m->n_state) : 0;
-        of.stage[j] = tableau == NULL ? d->right : d->stages + at;
+        of->stage[j] = j < count ? first + (size_t)j * length : first;
     }
-    return of;
 }
 
-/* The correction of a state with these stages. */
-static inline number correction_of(const correction_terms *of, int both, number u0, number u1,
+/* The correction of a state with these stages; `v` is NULL without other weights. */
+static inline number correction_of(const double *w, const double *v, number u0, number u1,
                                    number u2, number u3) {
-    const double *w = of->weight[0], *v = of->weight[1];
-    const number one = (w[0] * u0 + w[1] * u1) + (w[2] * u2 + w[3] * u3);
-    const number other = (v[0] * u0 + v[1] * u1) + (v[2] * u2 + v[3] * u3);
+    const number one = number_fabs((w[0] * u0 + w[1] * u1) + (w[2] * u2 + w[3] * u3));
 
-    return both ? number_larger(number_fabs(one), number_fabs(other)) : number_fabs(one);
+    if (v == NULL) {
+        return one;
+    }
+    return number_larger(one, number_fabs((v[0] * u0 + v[1] * u1) + (v[2] * u2 + v[3] * u3)));
 }
 
 /* Raises the ranges of states, and `excess` by how much their corrections are above the largest so
- * far. Inlined with a constant `both`. */
-static inline void raise_ranges(const correction_terms *of, int both,
+ * far. Inlined, with `v` NULL in one place. */
+static inline void raise_ranges(const double *restrict w, const double *restrict v,
                                 const number *restrict u0, const number *restrict u1,
                                 const number *restrict u2, const number *restrict u3,
                                 const number *restrict next, const number *restrict correction,
                                 number *restrict range, number *restrict excess) {
     for (int l = 0; l < BGC_CHUNK; l++) {
         const number now = number_fabs(next[l]), most = range[l];
-        const number above = correction_of(of, both, u0[l], u1[l], u2[l], u3[l]) - correction[l];
+        const number above = correction_of(w, v, u0[l], u1[l], u2[l], u3[l]) - correction[l];
         range[l] = number_select(now > most, now, most);
         excess[l] += number_select(above > number_of(0.0), above, number_of(0.0));
     }
 }
 
 /* Keeps the largest correction of each state, and its time. */
-static void keep_largest(const bgc_model *m, bgc_ivp *d, const correction_terms *of,
-                         number_mask together, double t) {
-    const number *const *u = of->stage;
-
-    for (int i = 0; i < m->n_state; i++) {
-        const number size = correction_of(of, of->both, u[0][i], u[1][i], u[2][i], u[3][i]);
-        const number largest = d->correction[i];
+static inline void keep_largest(number_mask together, double t, const double *restrict w,
+                                const double *restrict v, const number *restrict u0,
+                                const number *restrict u1, const number *restrict u2,
+                                const number *restrict u3, number *restrict at,
+                                number *restrict correction) {
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        const number size = correction_of(w, v, u0[l], u1[l], u2[l], u3[l]);
+        const number largest = correction[l], before = at[l];
         const number_mask larger = (size > largest) & together;
-        d->corrected_at[i] = number_select(larger, number_of(t), d->corrected_at[i]);
-        d->correction[i] = number_select(larger, size, largest);
+        at[l] = number_select(larger, number_of(t), before);
+        correction[l] = number_select(larger, size, largest);
     }
 }
 
@@ -94,29 +95,39 @@ static void keep_largest(const bgc_model *m, bgc_ivp *d, const correction_terms 
  * compared with the step before. */
 void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double t) {
     const int compares = method->tableau != NULL && method->tableau->stages == 1;
-    const correction_terms of = find_terms(m, d, method);
-    const number *const *u = of.stage;
-    const number_mask together = bgc_together(d);
+    const size_t length = bgc_chunked(m->n_state);
+    const number *const *u;
+    double w[MOST_TERMS], v[MOST_TERMS]; /* copies, which the compiler knows to stay */
     number excess[BGC_CHUNK], all = number_of(0.0);
+    correction_terms of;
 
+    find_terms(m, d, method, &of);
+    u = of.stage;
+    memcpy(w, of.weight, sizeof w);
+    memcpy(v, of.other != NULL ? of.other : w, sizeof v);
     if (compares && d->core.ticks == 0) {
         keep_stage(m, d);
     }
-    memset(excess, 0, sizeof excess);
-    for (size_t i = 0; i < bgc_chunked(m->n_state); i += BGC_CHUNK) {
-        if (of.both) {
-            raise_ranges(&of, 1, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
-                         d->correction + i, d->range + i, excess);
-        } else {
-            raise_ranges(&of, 0, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
-                         d->correction + i, d->range + i, excess);
-        }
+    for (int l = 0; l < BGC_CHUNK; l++) {
+        excess[l] = number_of(0.0);
+    }
+    for (size_t i = 0; i < length && of.other != NULL; i += BGC_CHUNK) {
+        raise_ranges(w, v, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
+                     d->correction + i, d->range + i, excess);
+    }
+    for (size_t i = 0; i < length && of.other == NULL; i += BGC_CHUNK) {
+        raise_ranges(w, NULL, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
+                     d->correction + i, d->range + i, excess);
     }
     for (int l = 0; l < BGC_CHUNK; l++) {
         all += excess[l];
     }
     if (bgc_holds_in_any(d, all > number_of(0.0))) { /* not in most steps */
-        keep_largest(m, d, &of, together, t);
+        const number_mask together = bgc_together(d);
+        for (size_t i = 0; i < length; i += BGC_CHUNK) {
+            keep_largest(together, t, w, v, u[0] + i, u[1] + i, u[2] + i, u[3] + i,
+                         d->corrected_at + i, d->correction + i);
+        }
     }
     if (compares) {
         keep_stage(m, d);
