@@ -97,7 +97,7 @@ def _results(
     def submit(numbers: range) -> None:
         task = Task(
             numbers.start, plan.cases.part(slice(numbers.start, numbers.stop)), plan.method,
-            plan.times, plan.alone, plan.varied, plan.observables,
+            plan.times, plan.alone, plan.varied, plan.observables, plan.between,
         )  # fmt: skip
         future = client.submit(run_task, shipped, task, pure=False)
         running[future] = numbers

@@ -14,11 +14,11 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.observables import Criterion, Observable
+from bgc.runtime.results.observables import Criterion, Observable, in_column_unit
 from bgc.runtime.running.loaded_model import LoadedModel, Variable
 from bgc.runtime.running.parameter_grid import Listed, Range, points, sobol
 from bgc.runtime.running.parameters import Parameters
-from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.quantity import Quantity, read_quantity
 from bgc.runtime.studies.sweep import Vary, criteria_of, observables_of, read_axes
 
 
@@ -73,11 +73,7 @@ def read_noise(
             raise BgError([cannot_fit(reason, f"give the noise of {listed([*fitted])}")])
         column = names[name]
         unit = "" if units[column] == "1" else units[column]
-        number = in_si(value, f"the noise of {name}", unit)
-        assert number is not None
-        if isinstance(value, str) and unit and " " in value.strip():
-            number /= in_si(f"1 {unit}", name, unit) or 1.0
-        found[column] = number
+        found[column] = in_column_unit(str(value), f"the noise of {name}", unit, read_quantity)
     return found
 
 

@@ -66,6 +66,7 @@ class Task:
     alone: str
     varied: tuple[str, ...]
     observables: tuple[Observable, ...]
+    between: int
 
 
 def run_task(shipped: Shipped, task: Task) -> Outcome | tuple[Diagnostic, ...]:
@@ -75,8 +76,9 @@ def run_task(shipped: Shipped, task: Task) -> Outcome | tuple[Diagnostic, ...]:
     except BgError as problem:  # does not survive the way back as an exception
         return problem.diagnostics
     plan = Plan(
-        model, task.method, task.cases, task.times, task.alone, task.varied, task.observables
-    )
+        model, task.method, task.cases, task.times, task.alone, task.varied, task.observables,
+        task.between,
+    )  # fmt: skip
     return run_chunk(plan, library, task.first, task.cases, threads=1)
 
 
