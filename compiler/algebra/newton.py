@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 from bgc.algebra.dag import Dag, Symbol
+from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.nodes import Node
@@ -105,24 +106,3 @@ def _length(change: Sequence[float], x: Sequence[float]) -> float:
 
 def _moved(x: Sequence[float], change: Sequence[float], part: float) -> list[float]:
     return [v + part * c for v, c in zip(x, change, strict=True)]
-
-
-def solve_dense(slopes: Sequence[Sequence[float]], residual: Sequence[float]) -> list[float] | None:
-    """`-slopes^-1 residual` by elimination with scaled pivots; None where that is not finite."""
-    rows = [[*row, -value] for row, value in zip(slopes, residual, strict=True)]
-    sizes = [max(map(abs, row[:-1])) for row in rows]
-    for k in range(len(rows)):
-        best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]) / (sizes[i] or 1.0))
-        if rows[best][k] == 0 or not math.isfinite(rows[best][k]):
-            return None
-        rows[k], rows[best] = rows[best], rows[k]
-        sizes[k], sizes[best] = sizes[best], sizes[k]
-        for row in rows[k + 1 :]:
-            if row[k] != 0:
-                factor = row[k] / rows[k][k]
-                row[k:] = [x - factor * y for x, y in zip(row[k:], rows[k][k:], strict=True)]
-    x = [0.0] * len(rows)
-    for k in reversed(range(len(rows))):
-        known = sum(a * b for a, b in zip(rows[k][k + 1 : -1], x[k + 1 :], strict=True))
-        x[k] = (rows[k][-1] - known) / rows[k][k]
-    return x if all(map(math.isfinite, x)) else None

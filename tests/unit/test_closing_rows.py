@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bgc.equations.closures.dense import (
+from bgc.algebra.dense import (
     damped_change,
     independent_in,
     independent_rows,
+    soft_motion,
 )
 from bgc.equations.inertias.rank import _flows_left
-from bgc.equations.storage.constrained_energy import soft_motion
 
 
 def dependent(seed):

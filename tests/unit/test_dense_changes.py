@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bgc.equations.closures.dense import damped_change
+from bgc.algebra.dense import damped_change
 
 
 @pytest.mark.parametrize("shape", [(2, 7), (5, 5), (7, 2), (3000, 2)])

@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from operator import mul
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dense import independent_in, solve_dense
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.evaluate import Evaluator
-from bgc.algebra.newton import solve_dense
 from bgc.causality.paths import connections
 from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.catalogue import listed
@@ -23,7 +23,6 @@ from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.closures.contradiction import body_aside, is_within_reach
-from bgc.equations.closures.dense import independent_in
 from bgc.equations.closures.manifold import (
     CLOSED,
     Conditions,

@@ -12,10 +12,10 @@ import random
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dense import independent_rows, orthogonalise
 from bgc.algebra.evaluate import Evaluator
 from bgc.causality.assign import assign
 from bgc.diagnostics.diagnostic import Refused
-from bgc.equations.closures.dense import independent_rows, orthogonalise
 from bgc.equations.closures.manifold import ROUNDED, Conditions, Point
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.defaults import default_values

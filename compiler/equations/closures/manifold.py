@@ -15,14 +15,14 @@ from operator import mul
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Symbol
-from bgc.algebra.evaluate import Evaluator, evaluate_nodes
-from bgc.algebra.newton import solve_dense
-from bgc.diagnostics.records import dataclass
-from bgc.equations.closures.dense import (
+from bgc.algebra.dense import (
     damped_change,
     independent_in,
     independent_rows,
+    solve_dense,
 )
+from bgc.algebra.evaluate import Evaluator, evaluate_nodes
+from bgc.diagnostics.records import dataclass
 from bgc.equations.closures.multipliers import Responses
 from bgc.ir.graph import Node
 from bgc.ir.program import Closures, Program

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Kind
+from bgc.algebra.dense import soft_motion
 from bgc.algebra.quadratic import ConstrainedEnergy, SingularFormError
 from bgc.causality.assign import may_be_opened
 from bgc.diagnostics.catalogue import storage as storage_messages
@@ -26,7 +27,6 @@ from bgc.equations.storage.constrained_energy import (
     ReducedMatrix,
     cannot_merge,
     determine,
-    soft_motion,
 )
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
 from bgc.equations.storage.independent_states import charge_state, integrate_compliances

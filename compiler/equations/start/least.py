@@ -13,9 +13,10 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.algebra.newton import Rows, solve_dense
+from bgc.algebra.newton import Rows
 from bgc.ir.graph import Node
 
 _ITERATIONS = 60

@@ -20,9 +20,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.algebra.newton import Rows, solve_dense
+from bgc.algebra.newton import Rows
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.records import dataclass, replace

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.dense import soft_motion
 from bgc.algebra.evaluate import Evaluator
 from bgc.algebra.quadratic import ConstrainedEnergy, Definition, Minimum, minimise
 from bgc.diagnostics.catalogue import storage as storage_messages
@@ -194,37 +195,6 @@ class ReducedMatrix:
                 factor = row[k] / rows[k][k]
                 row[k:] = [x - factor * y for x, y in zip(row[k:], rows[k][k:], strict=True)]
         return False
-
-
-def soft_motion(
-    matrix: Sequence[Sequence[float]], sizes: Sequence[float], least: float, none: float
-) -> list[float] | None:
-    """A motion along which a matrix, scaled by the roots of `sizes`, has at most the value `least`.
-
-    So has one whose own size is at most `none`. None where all eigenvalues are larger, which a
-    Cholesky factorisation of the scaled matrix minus `least` times the identity proves. Where the
-    factorisation breaks down, the rows up to there give the motion.
-    """
-    scale = [size**0.5 if size > none else 0.0 for size in sizes]
-    factors: list[list[float]] = []
-    for i, row in enumerate(matrix):
-        if scale[i] == 0:
-            return [float(j == i) for j in range(len(matrix))]
-        line: list[float] = []
-        for j in range(i):
-            known = sum(x * y for x, y in zip(line, factors[j], strict=False))
-            line.append((row[j] / (scale[i] * scale[j]) - known) / factors[j][j])
-        pivot = row[i] / scale[i] ** 2 - least - sum(x * x for x in line)
-        if not pivot > 0:
-            for j in reversed(range(i)):
-                line[j] /= factors[j][j]
-                for m in range(j):
-                    line[m] -= factors[j][m] * line[j]
-            scaled = [*(-x for x in line), 1.0]
-            found = [x / s for x, s in zip(scaled, scale, strict=False)]
-            return found + [0.0] * (len(matrix) - len(found))
-        factors.append([*line, pivot**0.5])
-    return None
 
 
 def cannot_merge(element: StorageElement, names: Iterable[str], why: str) -> BgError:

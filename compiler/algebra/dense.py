@@ -1,11 +1,13 @@
-"""Ranks and least changes of small dense matrices of numbers."""
+"""Small dense matrices of numbers: solutions, ranks, least changes, soft motions.
+
+They are lists: importing NumPy takes twice as long as importing all that derives equations, and a
+model of usual size has few such systems.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-from bgc.algebra.newton import solve_dense
 
 Rows = Sequence[Sequence[float]]
 
@@ -89,3 +91,55 @@ def independent_in(matrix: Rows, whole: Sequence[float], tolerance: float) -> li
             factor = work[k][best] / pivot[best]
             work[k] = [a - factor * b for a, b in zip(work[k], pivot, strict=True)]
     return found
+
+
+def solve_dense(slopes: Sequence[Sequence[float]], residual: Sequence[float]) -> list[float] | None:
+    """`-slopes^-1 residual` by elimination with scaled pivots; None where that is not finite."""
+    rows = [[*row, -value] for row, value in zip(slopes, residual, strict=True)]
+    sizes = [max(map(abs, row[:-1])) for row in rows]
+    for k in range(len(rows)):
+        best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]) / (sizes[i] or 1.0))
+        if rows[best][k] == 0 or not math.isfinite(rows[best][k]):
+            return None
+        rows[k], rows[best] = rows[best], rows[k]
+        sizes[k], sizes[best] = sizes[best], sizes[k]
+        for row in rows[k + 1 :]:
+            if row[k] != 0:
+                factor = row[k] / rows[k][k]
+                row[k:] = [x - factor * y for x, y in zip(row[k:], rows[k][k:], strict=True)]
+    x = [0.0] * len(rows)
+    for k in reversed(range(len(rows))):
+        known = sum(a * b for a, b in zip(rows[k][k + 1 : -1], x[k + 1 :], strict=True))
+        x[k] = (rows[k][-1] - known) / rows[k][k]
+    return x if all(map(math.isfinite, x)) else None
+
+
+def soft_motion(
+    matrix: Sequence[Sequence[float]], sizes: Sequence[float], least: float, none: float
+) -> list[float] | None:
+    """A motion along which a matrix, scaled by the roots of `sizes`, has at most the value `least`.
+
+    So has one whose own size is at most `none`. None where all eigenvalues are larger, which a
+    Cholesky factorisation of the scaled matrix minus `least` times the identity proves. Where the
+    factorisation breaks down, the rows up to there give the motion.
+    """
+    scale = [size**0.5 if size > none else 0.0 for size in sizes]
+    factors: list[list[float]] = []
+    for i, row in enumerate(matrix):
+        if scale[i] == 0:
+            return [float(j == i) for j in range(len(matrix))]
+        line: list[float] = []
+        for j in range(i):
+            known = sum(x * y for x, y in zip(line, factors[j], strict=False))
+            line.append((row[j] / (scale[i] * scale[j]) - known) / factors[j][j])
+        pivot = row[i] / scale[i] ** 2 - least - sum(x * x for x in line)
+        if not pivot > 0:
+            for j in reversed(range(i)):
+                line[j] /= factors[j][j]
+                for m in range(j):
+                    line[m] -= factors[j][m] * line[j]
+            scaled = [*(-x for x in line), 1.0]
+            found = [x / s for x, s in zip(scaled, scale, strict=False)]
+            return found + [0.0] * (len(matrix) - len(found))
+        factors.append([*line, pivot**0.5])
+    return None
