@@ -20,7 +20,7 @@ static const double of_size = 0.1;     /* or this part of the scale, if that is 
 static const double linear = 50.0;     /* a state that passes through zero at constant rate takes 500
                                         * times as long to grow as it was below its tolerance */
 
-static const double least_motion = 1e4 * DBL_EPSILON; /* of the scale that states have reached: less is rounding */
+static const double least_motion = 1e5 * DBL_EPSILON; /* of the scale that states have reached: less is rounding */
 
 enum { STILL, NEVER_ABOVE, ABOVE, BELOW_ONCE, BELOW, GROWING };
 

@@ -5,7 +5,8 @@ instability of its own grows from what is left of it: its sign, or the time of i
 on rounding. A state that others drive does not. One that never rises above may be wrong altogether,
 and so may be what it moves. To see whether it matters, the run is repeated twice, with each such
 state shifted by its tolerance, up or down, when it was least, or first moved: the tolerance decides
-where that moves what is observed by a tenth of its range, or 3 % of it by a state that stays below.
+where that moves what is observed by a tenth of its range. Of a state that stays below, a run with a
+smaller tolerance has to differ too: other states may have kept the steps short enough.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _MATTERS = 0.03  # the same of states that stay below it, which may be wrong by 
 _CURED = 0.01  # of the range: a smaller change shows that it does not
 _REDUCTIONS = tuple(10.0**-k for k in (3, 6, 9, 12, 18, 30, 60, 120, 240))
 _RTOL = 1e-6  # of the C runtime
-_ROUNDING = 1e4 * np.finfo(float).eps  # of the scale that states have reached, as in C
+_ROUNDING = 1e5 * np.finfo(float).eps  # of the scale that states have reached, as in C
 _RESOLUTION = 100.0  # times the tolerance of a step: the error that a run may accumulate
 _ACCOUNTS = 4  # columns at most behind the outputs
 _MORE_STEPS = 50  # times those of the run, for a run with a smaller tolerance
@@ -135,16 +136,17 @@ def undecided(
     state = next(alone, subtolerance[0])
     value = float(instance.state_at(float(times[-1]))[state.index])
     found = Undecided(model.states[state.index].name, state, value)
+    if not (cure or state.stays_below):
+        return found
     steps = int(_MORE_STEPS * instance.counts["steps"]) + _AT_LEAST
-    return (
-        _with_cure(found, replace(probe, method=replace(method, max_steps=steps)))
-        if cure
-        else found
-    )
+    found, right = _with_cure(found, replace(probe, method=replace(method, max_steps=steps)))
+    if state.stays_below and (right is None or probe.part(rows, right, (state,), reached) <= least):
+        return None
+    return found
 
 
-def _with_cure(found: Undecided, probe: Probe) -> Undecided:
-    """Add the tolerance with which a state is no longer decided by rounding.
+def _with_cure(found: Undecided, probe: Probe) -> tuple[Undecided, Array | None]:
+    """Add the tolerance with which a state is no longer decided by rounding, with the rows then.
 
     Of smaller and smaller ones it is the first that agrees with the one before, or else the second
     with which a shift of the state moves nothing: its error may be that of `rtol`.
@@ -163,9 +165,9 @@ def _with_cure(found: Undecided, probe: Probe) -> Undecided:
             if found.atol is None:
                 found = replace(found, atol=atol, right=value)
             if (away <= _CURED * ranges).all():
-                return replace(found, atol=atol, right=value)
+                return replace(found, atol=atol, right=value), rows
         before = rows
-    return found
+    return found, None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,22 +182,28 @@ class Probe:
     def change(self, rows: Array, states: Sequence[Subtolerance], reached: float = 1.0) -> float:
         """Measure how far shifts by their tolerance move the rows, relative to each range.
 
-        A shift with which the run fails shows nothing. A column whose range is below what the
-        tolerance resolves, at states that `reached` a part of their scales, is noise; where states
-        stay below it, one whose range is rounding.
+        A shift with which the run fails shows nothing.
+        """
+        shifted = [x for x in self.shifted(states) if np.isfinite(x).all()]
+        return max((self.part(rows, x, states, reached) for x in shifted), default=0.0)
+
+    def part(
+        self, rows: Array, others: Array, states: Sequence[Subtolerance], reached: float
+    ) -> float:
+        """Measure how far other rows are away, relative to the range of each column.
+
+        A column whose range is below what the tolerance resolves, at states that `reached` a part
+        of their scales, is noise; where states stay below it, one whose range is rounding.
         """
         observed = rows[:, : len(self.model.measured)]
-        below = any(state.stays_below for state in states)
-        resolved = _ROUNDING if below else _RESOLUTION * (self.method.rtol or _RTOL)
-        least = resolved * reached * observed_scales(self.model)
-        ranges = np.maximum(np.ptp(observed, axis=0), least)
-        moving = ranges > 0
-        largest = 0.0
-        for shifted in self.shifted(states):
-            part = np.abs(shifted - observed)[:, moving] / ranges[moving]
-            if np.isfinite(part).all():
-                largest = max(largest, float(np.max(part, initial=0.0)))
-        return largest
+        ranges, scales = np.ptp(observed, axis=0), reached * observed_scales(self.model)
+        if any(state.stays_below for state in states):
+            moving = ranges > _ROUNDING * scales
+        else:
+            ranges = np.maximum(ranges, _RESOLUTION * (self.method.rtol or _RTOL) * scales)
+            moving = ranges > 0
+        parts = np.abs(others - observed)[:, moving] / ranges[moving]
+        return float(np.max(parts, initial=0.0))
 
     def shifted(self, states: Sequence[Subtolerance]) -> Iterator[Array]:
         """Compute the rows with the states shifted up, then down, by their tolerance."""
