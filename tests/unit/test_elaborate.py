@@ -7,7 +7,7 @@ import pytest
 from bgc.algebra.dag import Kind
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.elaboration.elaborate import elaborate
-from bgc.ir.graph import FlatGraph
+from bgc.ir.graph import FlatGraph, Resistor
 from bgc.resolution.resolve import load_text
 
 RLC = """
@@ -163,3 +163,12 @@ def test_pseudo_domains_carry_no_power():
 def test_a_part_may_have_the_name_of_a_unit(part):
     text = f"model M {{ {part}; s : Se(e = 3 N); s -> {part[0]}; let x = 4 m; }}"
     assert elaborate(load_text(text + " scene a of M { observe x; run 1 s; }")).observations
+
+
+def test_recursion_ends_by_a_dimension():
+    text = """
+      model Tree[n] { port p in; node : J0; leaf : R(1); p -> node -> leaf;
+                      if n > 1 { next : Tree[n - 1]; node -> next; } }
+      model M { s : Se(e = 1); tree : Tree[4]; s -> tree; }
+    """
+    assert sum(isinstance(e, Resistor) for e in flat(text).elements) == 4
