@@ -1,14 +1,14 @@
 /* Runs a self-contained model with every method (fixed ones in so many steps), saves it and goes on,
- * and frees it. Prints the bits of all rows: equal from run to run. */
+ * and frees it. Prints the bits of all rows, with their errors: equal from run to run. */
 #include <stdio.h>
 #include <stdlib.h>
 
 static int run_by(const bgc_model *m, const char *method, int steps) {
     enum { ROWS = 11 };
     const double end = m->duration;
-    const int width = m->n_output + (m->energy != NULL ? 4 : 0);
+    const int width = 2 * m->n_output + (m->energy != NULL ? 4 : 0);
     const bgc_options options = {
-        .name = method, .step = end / steps, .accounts = m->energy != NULL};
+        .name = method, .step = end / steps, .accounts = m->energy != NULL, .errors = 1};
     double *rows = calloc((size_t)ROWS * (size_t)width, sizeof *rows), times[ROWS];
     bgc_data *d = bgc_new(m);
     void *memory = malloc(bgc_save_size(m));
