@@ -57,13 +57,13 @@ static int leaves_by_end(const bgc_model *m, bgc_data *d, double end, double *in
     return 0;
 }
 
-/* The end of a step: `end`, or the first event before it of a switch that depends on time alone. Events at a
- * sample, but for rounding, are before it: the step ends behind them all, a few bits after both `time >= 0.6` and
- * `time > 0.6` have changed, and sample 2 of 0.3 s comes next. */
+/* The end of a step: `end`, or the first event before it of a switch that depends on time alone. Events at an
+ * instant of sampled parts, but for rounding, are before it: the step ends behind them all, a few bits after both
+ * `time >= 0.6` and `time > 0.6` have changed, and sample 2 of 0.3 s comes next. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     const double rounding = 8.0 * DBL_EPSILON * fabs(end);
-    const int at_sample = end >= d->core.due - bgc_time_slack(end, d->core.t);
-    const double last = at_sample ? end + rounding : end;
+    const int at_instant = end >= d->core.instant - bgc_time_slack(end, d->core.t);
+    const double last = at_instant ? end + rounding : end;
     double *z = sample_place(m, d, BGC_SAMPLES), inside, outside, first;
     bgc_outlook outlook;
 
@@ -86,7 +86,7 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, inside, d->after);
     bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, outside, z);
     first = bgc_locate_first(m, d, BGC_TIME_ALONE, inside, outside, d->after, z);
-    if (at_sample && first >= end - rounding) {
+    if (at_instant && first >= end - rounding) {
         bgc_evaluate_arguments(m, d, BGC_TIME_ALONE, last, z);
         return last;
     }

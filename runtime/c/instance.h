@@ -148,7 +148,7 @@ typedef struct {
 
     int event;       /* the step under way ends at an event */
     double event_at; /* time of the last event, */
-    double sampled_at; /* and of the last sample: a row at both has the values after them */
+    double sampled_at; /* and of the last instant of sampled parts: a row at both has the values after them */
     int after_event; /* the step that ended there began at one, too */
     int unreturned;  /* an argument that a jump turned back has not come back within its mode */
     int near_edge;   /* in that step a switch came near to the edge of its mode, or it has none */

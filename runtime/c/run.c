@@ -47,6 +47,7 @@ static bgc_status sample_parts(const bgc_model *m, bgc_data *d, double slack) {
         status = bgc_apply_inputs(m, d);
     }
     if (status == BGC_OK && core->t >= core->instant - slack) {
+        core->sampled_at = core->t;
         status = bgc_take_sampled(m, d, slack);
         if (status == BGC_OK) {
             status = bgc_apply_inputs(m, d);
@@ -70,7 +71,6 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     if (core->t < core->due - slack) {
         return BGC_OK;
     }
-    core->sampled_at = core->t;
     if (m->n_rate > 0) {
         return sample_parts(m, d, slack);
     }
@@ -137,7 +137,7 @@ static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int take
 }
 
 /* Whether a row at t is before an event at which the last step ended, be it by rounding: a row at the time of
- * `time > 1` has the values before. Where a sample is at that time too, the row has the values after both. */
+ * `time > 1` has the values before. Where an instant of sampled parts is there too, it has the values after both. */
 static int is_before_event(const bgc_core *core, double t) {
     return t < core->t && core->event_at == core->t && core->sampled_at != core->t &&
            core->dense != BGC_NO_DENSE;
