@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found, rest_too_far
 from bgc.diagnostics.diagnostic import BgError
@@ -34,22 +35,27 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
         BG760 if rates remain, BG761 if they do where values are held, BG773 if relations between
         positions could not be followed to the state of rest.
     """
-    try:
+    # The matrices are small: shared among threads, they took ten times as long on two processors.
+    with threadpool_limits(limits=1, user_api="blas"):
+        try:
+            return _finish(_searched(instance, rest))
+        except Undefined as undefined:
+            return undefined.status, None
+
+
+def _searched(instance: Instance, rest: Rest) -> RestSearch:
+    """Search for the nearest state of rest."""
+    search = RestSearch(instance, rest)
+    search.run()
+    if search.trapped.size and (
+        _torn(search) or not _remaining(search)[1].max(initial=0.0) <= AT_REST
+    ):
+        # A valve that opens under the load, such as a relief valve, frees what seemed trapped.
+        search.go(search.begin)
+        require_ok(instance.reset(search.time, checked=False))
         search = RestSearch(instance, rest)
-        search.run()
-        if search.trapped.size and (_torn(search) or not _at_rest(search)):
-            # A valve that opens under the load, such as a relief valve, frees what seemed trapped.
-            search.go(search.begin)
-            require_ok(instance.reset(search.time, checked=False))
-            search = RestSearch(instance, rest)
-            search.run(giving_way=False)
-        return _finish(search)
-    except Undefined as undefined:
-        return undefined.status, None
-
-
-def _at_rest(search: RestSearch) -> bool:
-    return bool(_remaining(search)[1].max(initial=0.0) <= AT_REST)
+        search.run(giving_way=False)
+    return search
 
 
 def _torn(search: RestSearch) -> bool:
@@ -58,9 +64,8 @@ def _torn(search: RestSearch) -> bool:
     A closed chain is left out: its own conditions keep it together.
     """
     _, closing, _ = search.resting.chain_rows()
-    if search.held or closing.size:
-        return False
-    return float(np.abs(search.off()).max(initial=0.0)) > _TORN
+    may_tear = not search.held and not closing.size
+    return may_tear and float(np.abs(search.off()).max(initial=0.0)) > _TORN
 
 
 def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
@@ -110,10 +115,10 @@ def _refuse(search: RestSearch, remaining: Array, sizes: Array) -> None:
         search.resting.units,
         remaining[: search.size] * search.scale,
     )
-    kinds = dict.fromkeys(np.flatnonzero(search.stiffness).tolist(), "q")
-    kinds |= dict.fromkeys(search.momenta, "p")
-    shown = [(names[k], float(changes[k]), units[k], kinds.get(k, "")) for k in left]
-    raise BgError([no_rest(shown)])
+    charges = np.flatnonzero(search.stiffness).tolist()
+    kinds = dict.fromkeys(charges, "q") | dict.fromkeys(search.momenta, "p")
+    shown = ((names[k], float(changes[k]), units[k], kinds.get(k, "")) for k in left)
+    raise BgError([no_rest(list(shown))])
 
 
 def _moves(search: RestSearch) -> tuple[Move, ...]:
