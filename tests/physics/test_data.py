@@ -164,10 +164,10 @@ def test_other_data_give_another_build_and_the_same_ones_a_warm_start(tmp_path) 
     (tmp_path / "valve.csv").write_text(VALVE)
     first = model_of(tmp_path, CHARACTERISTIC, OPTIONS="method = linear")
     before = first.simulate()["level"][-1]
-    again = bgc.compile(tmp_path / "model.bg")
+    again = bgc.compile(tmp_path / "m.bg")
     assert again.warm and again.simulate()["level"][-1] == before
     (tmp_path / "valve.csv").write_text(VALVE.replace("2,1.5", "2,1.9"))
-    other = bgc.compile(tmp_path / "model.bg")
+    other = bgc.compile(tmp_path / "m.bg")
     assert not other.warm and other.simulate()["level"][-1] != before
 
 
@@ -204,7 +204,7 @@ scene s of World { observe plain.level, x, plain.first; run 1; }
 def test_emitted_c_stands_alone_with_its_data(tmp_path) -> None:
     recorded(tmp_path, 2000)
     model_of(tmp_path, WHERE="speed*time", OPTIONS="method = pchip")
-    command = ["bgc", "build", "model.bg", "--target", "c", "-o", "out"]
+    command = ["bgc", "build", "m.bg", "--target", "c", "-o", "out"]
     subprocess.run(command, cwd=tmp_path, check=True)
     (tmp_path / "road.csv").unlink()
     (source,) = (tmp_path / "out").glob("*.c")

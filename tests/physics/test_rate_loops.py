@@ -181,7 +181,7 @@ def test_sources_that_follow_need_no_other_load(tmp_path):
 def test_a_source_that_does_not_fix_its_reaction_is_refused(tmp_path):
     model = """push : MSf(f = 1 - 2*body.e + 2*body.e*(1 + 0*time));
     j : J1; body : I(2); push -> j -> body;"""
-    assert codes_of(simulate, tmp_path, model, "body.f") == ["BG520"]
+    assert codes_of(simulate, tmp_path, model, "body.f") == ["BG521"]
 
 
 def test_a_force_that_takes_all_inertia_away_is_refused(tmp_path):
