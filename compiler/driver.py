@@ -32,7 +32,6 @@ from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, accepted, as_error
-from bgc.diagnostics.records import dataclass, replace
 from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observations import with_accounts
 from bgc.elaboration.scenes.scene_choice import models_alone, stands_alone
@@ -55,6 +54,7 @@ from bgc.language.scene_tables import AUTO, DRIVER_BY_PATH
 from bgc.options import Options
 from bgc.passivity.coefficients import passive_coefficients
 from bgc.passivity.passive_laws import check_physics
+from bgc.record_class import dataclass, replace
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.slicing.divisors import with_divisor_checks

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 RUN_NUMBER: Final = "number_of_the_run"
 """A parameter, 1 by default, that `Options.drives` may use: inputs of each run of an ensemble."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from lark import Token
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.tokens import END, span_of
+from bgc.record_class import dataclass
 
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 OPERAND_ENDS = frozenset("NAME NUMBER TIME TEXT RPAR RSQB".split())

@@ -16,10 +16,10 @@ from collections.abc import Iterator
 from lark import Token
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.diagnostics.source import Source
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.tokens import end_of, start_of
+from bgc.record_class import dataclass, field, replace
 
 _WIDTH = 100
 _INDENT = 2

@@ -12,7 +12,6 @@ from bgc.diagnostics.catalogue import files
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.collection import MAX_ERRORS
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.error_context import ErrorContext
@@ -22,6 +21,7 @@ from bgc.grammar.mistakes import block_kind, explain
 from bgc.grammar.source_files import read_source
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
+from bgc.record_class import dataclass
 
 __all__ = ["parse", "parse_setting", "parse_with_tokens", "read_so_far", "read_source"]
 

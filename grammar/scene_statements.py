@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 
-from bgc.diagnostics.records import dataclass, field, fields
 from bgc.grammar import syntax
 from bgc.grammar.word import Reserved, Word
+from bgc.record_class import dataclass, field, fields
 
 
 @dataclass(frozen=True, slots=True)

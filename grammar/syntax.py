@@ -12,8 +12,8 @@ from fractions import Fraction
 from itertools import chain, product
 from typing import TypeAlias
 
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
+from bgc.record_class import dataclass
 
 # --- expressions -----------------------------------------------------------------------
 

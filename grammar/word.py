@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 class Reserved(Enum):

@@ -14,8 +14,8 @@ from math import isqrt
 from bgc.algebra.operations import ROWS
 from bgc.algebra.operations import Op as Op
 from bgc.algebra.table import AnyTable, Grid, base_of, orders_of
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 
 
 class Level(IntEnum):

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterable, Sequence
 from itertools import pairwise
 from typing import Self
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 
 
 class DisjointSets:

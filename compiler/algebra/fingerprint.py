@@ -26,7 +26,7 @@ from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.operation import Parity
 from bgc.algebra.operations import ROWS
 from bgc.algebra.residues import inverse_of_residues
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 # Each prime q up to 149 is a square modulo both (by quadratic reciprocity, with both 7 modulo 8).
 # One prime in 2^35 has this property; these are two just below 2^61.

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 End = TypeVar("End")
 

@@ -16,7 +16,7 @@ from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.interpretation import Intervals
 from bgc.algebra.nodes import Node
 from bgc.algebra.polynomials import terms_in
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 def solve_for(

@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 
 from bgc.algebra.intervals import UNKNOWN, Bounds, Limits
 from bgc.algebra.nodes import Node
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 
 
 class Builder(Protocol):

@@ -32,7 +32,7 @@ from heapq import heappop, heappush
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Node
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 Row = dict[int, Node]  # variable -> coefficient
 

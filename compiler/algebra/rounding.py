@@ -12,7 +12,7 @@ from operator import mul
 
 from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.evaluate import NodeEvaluator
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 _EPSILON = sys.float_info.epsilon
 _MARGIN = 8  # times the bound, which is of first order

@@ -23,7 +23,7 @@ from functools import cached_property
 from hashlib import blake2b
 from typing import TypeAlias
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 
 _CODE = 64  # of a number: degree * 16 + order by y * 4 + order by x
 _HASH_BYTES = 5

@@ -12,7 +12,7 @@ from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.catalogue.backends import solver_not_installed
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ from bgc.diagnostics.catalogue.machine import (
     compiler_rejected_code,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 _LINES_SHOWN = 20
 _DISK_FULL = {

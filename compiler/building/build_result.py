@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field, fields
 from bgc.diagnostics.source import Span
 from bgc.ir.port_facts import ForceFacts, PortFacts
 from bgc.language.scene import Rest, Scene
+from bgc.record_class import dataclass, field, fields
 from bgc.values.shown_units import ShownRow
 
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules

@@ -26,7 +26,7 @@ from pathlib import Path
 from bgc.building.user_folder import cache_directory, make_cache_directory, why_unsafe
 from bgc.diagnostics.catalogue.machine import cache_not_private, cache_not_writable
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
 _KEEP_BYTES = 2_000_000_000  # beyond it, what was unused for longest is removed

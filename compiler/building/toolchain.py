@@ -15,7 +15,7 @@ from threading import Lock
 from bgc.building.temporary import temporary_folder
 from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 NO_FILE = "it ended with status 0 and wrote no file"
 CANDIDATES = ("cc", "gcc", "clang")

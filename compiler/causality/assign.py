@@ -30,7 +30,6 @@ from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.causality.working_rows import Elimination
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Refused
-from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import (
     Basis,
     BasisKind,
@@ -43,6 +42,7 @@ from bgc.ir.causal import (
 )
 from bgc.ir.graph import FlatGraph, Junction, Node, Source
 from bgc.ir.program import PositiveParameter
+from bgc.record_class import dataclass
 
 _ROUNDING = 1e-6  # of the largest coefficient of a row: less is zero, but for data in seven digits
 

@@ -13,7 +13,6 @@ from typing import assert_never
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets, groups_sharing
 from bgc.algebra.linalg import connected_blocks, transpose
-from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
 from bgc.ir.graph import (
     Element,
@@ -31,6 +30,7 @@ from bgc.ir.graph import (
     Transformer,
     ports_of,
 )
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

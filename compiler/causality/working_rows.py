@@ -11,9 +11,9 @@ from bgc.causality.certificates import Certifier, Size
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
 from bgc.causality.sizes import typical_sizes
-from bgc.diagnostics.records import dataclass
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
 from bgc.ir.graph import Matrix, Node
+from bgc.record_class import dataclass
 
 _LEVELS = {
     Role.EFFORT_SOURCE: 1,

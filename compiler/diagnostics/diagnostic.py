@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import TypeVar
 
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass, replace
 
 Result = TypeVar("Result")
 
@@ -101,13 +101,7 @@ class Refused:
 
 
 def accepted(result: Result | Refused) -> Result:
-    """The result of a choice.
-
-    Raises
-    ------
-    BgError
-        The choice was refused.
-    """
+    """Return the result of a choice, or raise the error (BgError) for which it was refused."""
     if isinstance(result, Refused):
         raise result.error
     return result

@@ -16,8 +16,8 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
+from bgc.record_class import dataclass
 
 _WIDTH = 100  # shown columns of a source line
 _TAB = 4

@@ -25,9 +25,9 @@ from functools import partial
 from typing import Any, Generic, ParamSpec, TypeAlias
 
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Fault, Label, Severity
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.diagnostics.words import FORMS, counted
+from bgc.record_class import dataclass, field
 
 Values: TypeAlias = Mapping[str, Any]
 """Values of a row by the names that its texts use."""

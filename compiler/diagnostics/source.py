@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ from lark import Token
 from bgc.building.build import driver_names
 from bgc.diagnostics.catalogue.names import import_place
 from bgc.diagnostics.diagnostic import BgError, Edit
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source
 from bgc.editing.file_analysis import Analysis
 from bgc.editing.occurrences import Region, members_at
@@ -23,6 +22,7 @@ from bgc.language.elements import ELEMENTS
 from bgc.language.scene_tables import DRIVER_OPTIONS
 from bgc.language.shape_table import COLOURS, SHAPES
 from bgc.language.solver import SOLVER_OPTIONS
+from bgc.record_class import dataclass
 from bgc.reference import function_entries, library_entries
 from bgc.reference.entry import first_sentence
 from bgc.resolution.library import library_modules

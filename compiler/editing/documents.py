@@ -8,11 +8,11 @@ from typing import TypeAlias
 from lark import Token
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.source_files import read_source
+from bgc.record_class import dataclass
 from bgc.resolution.parse_cached import Parsed
 from bgc.resolution.resolve import Reader
 

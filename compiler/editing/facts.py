@@ -7,13 +7,13 @@ from typing import TypeAlias, TypeVar
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.infix import infix_lines
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.driver import Stages
 from bgc.editing.moves import moving
 from bgc.ir.graph import Node
 from bgc.printing.causality_table import element_ends
 from bgc.printing.stages import left_sides, symbol_names
+from bgc.record_class import dataclass, field
 from bgc.values.shown_units import Shown
 
 Place: TypeAlias = tuple[str, int, int]

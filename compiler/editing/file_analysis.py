@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.cursor_tokens import Words
 from bgc.editing.documents import Document, Documents
@@ -21,6 +20,7 @@ from bgc.editing.occurrences import (
 )
 from bgc.editing.symbols import Kind, Symbol, Table
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.resolution.library import module_path
 from bgc.resolution.modules import Module, Package
 from bgc.resolution.resolve import examine

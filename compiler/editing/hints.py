@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bgc.diagnostics.records import dataclass
 from bgc.editing.facts import BondFact, Facts, place_of
 from bgc.grammar import syntax
 from bgc.printing.causality_table import ranges
+from bgc.record_class import dataclass
 from bgc.resolution.modules import flatten
 
 _LINES = 8  # different strokes that one explanation lists

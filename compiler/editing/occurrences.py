@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.cursor_tokens import Words
 from bgc.editing.symbols import (
@@ -21,6 +20,7 @@ from bgc.editing.symbols import (
 from bgc.grammar import syntax
 from bgc.grammar.scene_statements import expressions_in, statement_of
 from bgc.language.scene_tables import ACCOUNTS
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Module, WholeScene
 from bgc.resolution.scene_inheritance import text_of
 from bgc.values.functions import BUILTINS

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.symbols import Kind, kind_of
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.resolution.modules import flatten
 
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import TypeAlias
 
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.editing.cursor_tokens import Words
 from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS
 from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Declared, Module, flatten
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 
-from bgc.diagnostics.records import dataclass
 from bgc.ir.lowered import BlockPlan
+from bgc.record_class import dataclass
 
 Position = tuple[int, int]
 

@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from heapq import heapify, heappop, heappush
 
-from bgc.diagnostics.records import dataclass
 from bgc.emission.lu_cost import block_cost
 from bgc.ir.lowered import BlockPlan, LuPlan
+from bgc.record_class import dataclass
 
 MOST_ROWS = 8  # of a block: the doubles of a vector register with AVX-512
 _ZERO_PARTS = (0.05, 0.2, 0.4, 0.8)  # of the stored entries of merged pivots

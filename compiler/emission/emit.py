@@ -8,7 +8,6 @@ from pathlib import Path
 from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_ALIASES, GCC_PASSES
-from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import Field, model_tables
 from bgc.emission.explicit_cost import explicit_cost
@@ -24,6 +23,7 @@ from bgc.emission.print_tables import print_tables, table_prototypes
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Lowered
 from bgc.ir.program import Program
+from bgc.record_class import dataclass, replace
 
 # The optimisations that are effective on straight-line code. -ffp-contract=fast permits fused
 # multiply-adds, which -std=c11 disables; they make the factorisation 1.5 times faster.

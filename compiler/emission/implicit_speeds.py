@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
-from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.differentiate import differentiated_rows, forward_rows, jacobian_of
 from bgc.emission.kept_vertices import Order, Settings, order_elimination
 from bgc.emission.simplification import number_values
@@ -25,6 +24,7 @@ from bgc.emission.vertices import TIME, DerivativeGraph
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian
 from bgc.ir.program import Program, SpeedEquations
+from bgc.record_class import dataclass, replace
 
 _SETTINGS: tuple[Settings, ...] = ((0, 0), (1, 3), (2, 4), (14, 6))  # no single one is good for all
 

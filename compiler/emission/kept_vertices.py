@@ -29,7 +29,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 Edges = Mapping[int, Collection[int]]
 Settings = tuple[int, int]

@@ -13,11 +13,11 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
-from bgc.diagnostics.records import dataclass
 from bgc.emission.print_c import DOUBLES, Numbers, is_number_test
 from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.graph import Node
 from bgc.ir.lowered import SCRATCH, Kernel, Reads, Store
+from bgc.record_class import dataclass
 
 _INLINE = 20  # operations of an expression from which it becomes a statement
 _LOOP = 8  # number of elements from which a loop copies them

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bgc.building.build import EVERY_PART, needed_sources
-from bgc.diagnostics.records import dataclass
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import number, quoted
 from bgc.emission.emit import EmittedModel, emit_lowered
 from bgc.emission.partials import with_partials
+from bgc.record_class import dataclass
 
 _SHARED = (
     "fmi_instance",

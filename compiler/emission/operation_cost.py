@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.records import dataclass
 from bgc.emission.factorisation import describe_factors
 from bgc.ir.lowered import Lowered
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

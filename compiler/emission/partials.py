@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from bgc.algebra.dag import Kind, Symbol
-from bgc.diagnostics.records import dataclass, replace
 from bgc.emission.differentiate import forward_rows
 from bgc.emission.inverses import with_inverses
 from bgc.emission.kernels import hoisted_nodes
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Lowered, Reads, Store
+from bgc.record_class import dataclass, replace
 
 PARTIALS = "partials"
 

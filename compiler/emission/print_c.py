@@ -9,8 +9,8 @@ from bgc.algebra.dag import TABLE_OPS, Dag, Kind, Op
 from bgc.algebra.operation import Lanes, Operation
 from bgc.algebra.operations import ROWS
 from bgc.algebra.table import orders_of
-from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass
 
 # Precedence of a piece of C text, ascending.
 _CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, ATOM = range(6)

@@ -13,11 +13,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from bgc.diagnostics.records import dataclass
 from bgc.emission.block_tables import BlockTables, lay_out_blocks
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
 from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.lowered import BlockPlan, LuPlan
+from bgc.record_class import dataclass
 
 UNROLLED = 30_000  # operations of a factorisation
 UNROLLED_CHAIN = 150_000  # of one whose pivots follow a chain: its rows are short

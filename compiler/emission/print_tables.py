@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.table import AnyTable, Grid, Method, Outside, Table
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

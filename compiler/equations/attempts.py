@@ -27,11 +27,11 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.assign import assign, may_be_opened
 from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError, Fault, Refused
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, Gyrator, Junction, Source, Transformer
 from bgc.ir.program import Program
+from bgc.record_class import dataclass, replace
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import ClosingRows, closing_rows
@@ -47,6 +46,7 @@ from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
 from bgc.ir.unused import without_settled_jumps, without_unused_divisors
+from bgc.record_class import dataclass, replace
 
 
 def derive_equations(causal: CausalGraph) -> Program:

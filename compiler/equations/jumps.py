@@ -7,11 +7,11 @@ from collections.abc import Collection, Mapping, Sequence
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import jumps as messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.storage.kinds import IntegratedState
 from bgc.ir.graph import FlatGraph, Node, Reset, Storage
 from bgc.ir.program import Program, StateJump, StateReset
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.defaults import program_values
 from bgc.ir.graph import FlatGraph, Node, SampledPort
 from bgc.ir.program import Program
 from bgc.language.port_limits import SHORT, PortNumbers, judged, largest
+from bgc.record_class import dataclass, replace
 
 _SAMPLE = 1e-3  # s: of the devices, in a scene without `step`
 

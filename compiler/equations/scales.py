@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Level, Op
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import Form, LinearLaw, Node
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,6 @@ from enum import Enum
 
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import (
     BasisIndex,
     BondIndex,
@@ -31,6 +30,7 @@ from bgc.ir.fields import (
 )
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import PositiveParameter
+from bgc.record_class import dataclass
 
 
 class Role(Enum):

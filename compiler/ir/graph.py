@@ -21,13 +21,13 @@ from bgc.algebra.dag import Dag
 from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import BondIndex, RateIndex
 from bgc.ir.scene_nodes import DeviceUse, Requirement
 from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
 from bgc.language.scene import Scene
+from bgc.record_class import dataclass
 from bgc.values.shown_units import Shown
 
 

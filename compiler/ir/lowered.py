@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from enum import Enum
 
 from bgc.algebra.operation import Jump, Watch
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
+from bgc.record_class import dataclass, field, replace
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,12 @@ from enum import Enum
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import StateIndex
 from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
 from bgc.ir.scene_nodes import DeviceUse, Requirement
 from bgc.language.scene import Scene
+from bgc.record_class import dataclass
 from bgc.values.shown_units import Shown
 
 

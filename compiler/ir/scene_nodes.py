@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bgc.algebra.nodes import Node
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.values.shown_units import Shown
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 _COMPONENTS = {"x": "1", "y": "2", "z": "3"}
 _COLUMN = re.compile(r"(?P<vector>.+?)(?:(?<! )\[(?P<index>[\d,]+)\])?(?P<unit> \[[^\]]*\])?")

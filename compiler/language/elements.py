@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum
 
-from bgc.diagnostics.records import dataclass, replace
+from bgc.record_class import dataclass, replace
 
 
 class Form(Enum):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 
 from bgc.diagnostics.catalogue import ports as messages
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import astuple, dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import astuple, dataclass
 
 NUMBERS = ("stiffness", "damping", "mass", "resolution", "lag", "period")
 """Parameters of a port that its limits depend on, in the order of `PortNumbers`."""

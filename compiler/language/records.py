@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field, fields, replace
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass, field, fields, replace
 
 if TYPE_CHECKING:  # commands that compile nothing do without units
     from bgc.values.units import Dimension

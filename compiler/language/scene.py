@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.column_names import AccountColumn
 from bgc.language.records import Where, option
 from bgc.language.scene_tables import OVERRUN_POLICIES
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.values.units import Dimension
 from bgc.values.value import Shape
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 class Takes(Enum):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
-from bgc.diagnostics.records import dataclass
 from bgc.language.methods import METHODS
 from bgc.language.records import Where, option, options_of
+from bgc.record_class import dataclass
 
 _IN_TEXT = Where.SCENE | Where.C  # by `solver NAME(..)` and in C alone
 _BY_CALLER = Where.COMMAND | Where.PYTHON

@@ -14,7 +14,6 @@ from pathlib import Path
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import analysis as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.scene_devices import channel_unit
 from bgc.emission.simplification import number_values
@@ -22,6 +21,7 @@ from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
 from bgc.options import Options
+from bgc.record_class import dataclass, field, replace
 from bgc.slicing.slice import without_unread
 
 _MEMBER = re.compile(r"\[\d+\](?=\.[ef]$)")

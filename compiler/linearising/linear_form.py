@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Symbol
-from bgc.diagnostics.records import dataclass
 from bgc.emission.differentiate import forward_rows
 from bgc.ir.graph import Node
 from bgc.linearising.analysis_scene import Opened
+from bgc.record_class import dataclass
 
 Entries = tuple[tuple[int, int, Node], ...]  # row, column, value
 

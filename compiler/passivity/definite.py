@@ -12,7 +12,7 @@ from operator import mul
 from typing import TypeAlias
 
 from bgc.algebra.disjoint_sets import groups_sharing
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 Numbers: TypeAlias = Sequence[Sequence[float]]
 

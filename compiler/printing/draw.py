@@ -18,11 +18,11 @@ from typing import Literal
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph, port_ends
 from bgc.language.elements import ELEMENTS
 from bgc.printing.modulation import Modulation, modulations
+from bgc.record_class import dataclass, replace
 
 _COMPONENT = re.compile(r"\[\d+\]$")
 HEAD = """digraph bond_graph {

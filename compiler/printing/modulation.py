@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
-from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
@@ -17,6 +16,7 @@ from bgc.ir.graph import (
     Storage,
     port_ends,
 )
+from bgc.record_class import dataclass
 
 _OWN = {Kind.EFFORT, Kind.FLOW}
 

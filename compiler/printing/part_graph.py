@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 
-from bgc.diagnostics.records import dataclass
 from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS, Family
 from bgc.printing.draw import HEAD
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 
 

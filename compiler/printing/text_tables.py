@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.records import dataclass, replace
+from bgc.record_class import dataclass, replace
 
 _WIDEST = 60  # characters of a column up to which the next one is aligned
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
-from bgc.diagnostics.records import dataclass, replace
+from bgc.record_class import dataclass, replace
 from bgc.reference.entry import Block, Code, Entry, Group, Text, first_sentence, rows_of
 from bgc.reference.parts import declaration_entry, file_doc, file_entry
 from bgc.resolution.library import library_modules, module_path

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.reference.entry import Entry, Group, Text, first_sentence, rows_of
 
 _ROW = re.compile(r"^\| (.+?) \| (.+) \| (.+?) \|$", re.MULTILINE)

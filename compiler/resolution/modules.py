@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.values.data_files import DataFile, read_data
 
 D = TypeVar("D", bound=syntax.Declaration)

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
-from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node, Parameter
+from bgc.record_class import dataclass, replace
 from bgc.slicing.keep_patterns import is_kept
 
 

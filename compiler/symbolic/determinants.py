@@ -16,7 +16,7 @@ from sympy.polys.rings import PolyElement, PolyRing
 
 from bgc.algebra.matching import match
 from bgc.algebra.strong_components import all_components
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 Row: TypeAlias = Mapping[int, PolyElement]
 """Column -> entry, the zero ones left out."""

@@ -17,8 +17,8 @@ from typing import TypeAlias
 import sympy
 
 from bgc.algebra.matching import match
-from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass
 from bgc.symbolic.determinants import Budget, Row, determinant_factors
 from bgc.symbolic.quotients import Denominator, Field
 from bgc.symbolic.ratios import Ratio, lowest

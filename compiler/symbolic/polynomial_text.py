@@ -15,8 +15,8 @@ import sympy
 from sympy.polys.rings import PolyElement
 from sympy.printing.str import StrPrinter
 
-from bgc.diagnostics.records import dataclass
 from bgc.printing.align import Term, signed
+from bgc.record_class import dataclass
 from bgc.symbolic.factors import split
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import by_powers

@@ -20,7 +20,7 @@ from sympy import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyElement, PolyRing
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.symbolic.determinants import Budget
 from bgc.symbolic.factors import Trials, common_factor, divided, split
 

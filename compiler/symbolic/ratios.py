@@ -9,7 +9,7 @@ from fractions import Fraction
 import sympy
 from sympy.polys.rings import PolyElement
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.symbolic.factors import common_factor, divided, split
 from bgc.symbolic.quotients import Field
 

@@ -10,7 +10,7 @@ from math import gcd
 import sympy
 from sympy.polys.rings import PolyElement
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.symbolic.factors import divided
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import Ratio, by_powers, lowest

@@ -10,7 +10,7 @@ import sympy
 
 from bgc.diagnostics.catalogue import symbolic as catalogue
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.ratios import Ratio, lowest
 from bgc.symbolic.roots import Roots, numeric_roots, roots_of

@@ -15,8 +15,8 @@ from bgc.algebra.dag import Dag, Op
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.values.units import (
     DIMENSIONLESS,
     Dimension,

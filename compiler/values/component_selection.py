@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bgc.diagnostics.catalogue import shapes as shape_messages
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.values.arithmetic import failure
 from bgc.values.value import Shape, Value, describe_shape
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import data as catalogue
 from bgc.diagnostics.catalogue import shapes as shape_messages
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.values.arithmetic import failure
 from bgc.values.component_selection import Selection
 from bgc.values.data_files import Entries, Numbers

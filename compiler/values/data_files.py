@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from bgc.diagnostics.catalogue import data as catalogue
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.values.arithmetic import failure
 from bgc.values.units import Dimension, parse_unit, suggest_unit
 

@@ -16,10 +16,10 @@ from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.grammar.peers import function_advice, keyword_advice
+from bgc.record_class import dataclass, field
 from bgc.values import arithmetic, component_selection, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.block_matrices import join_blocks

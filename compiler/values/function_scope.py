@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.values.scope import ByComponent, FunctionUse, Namespace, Scope
 from bgc.values.value import Value
 

@@ -17,8 +17,8 @@ from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.values import vectors
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar, unify
 from bgc.values.constants import constant_number

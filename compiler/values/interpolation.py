@@ -12,9 +12,9 @@ from bgc.algebra.table import Grid, Method, Outside, Table
 from bgc.diagnostics.catalogue import data as catalogue
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as value_messages
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, replace
 from bgc.values.arithmetic import Operand, failure, require_scalar
 from bgc.values.data_expressions import Column
 from bgc.values.scope import Namespace

@@ -13,8 +13,8 @@ from collections.abc import Callable, Hashable
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import gradient
 from bgc.diagnostics.catalogue import data as catalogue
-from bgc.diagnostics.records import dataclass, field
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.values.arithmetic import failure
 from bgc.values.scope import Scope
 from bgc.values.units import divide

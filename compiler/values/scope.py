@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import AbstractContextManager
 from typing import Protocol
 
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.values.value import Shape, Value
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from math import isfinite, isinf
 from typing import TypeAlias
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 ShownRow: TypeAlias = tuple[str, str, float]
 """A name, the unit in which it is shown, and the factor of that unit to SI."""

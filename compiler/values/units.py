@@ -15,8 +15,8 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from bgc.algebra.angles import PI
-from bgc.diagnostics.records import dataclass, field
 from bgc.grammar.unit_spelling import GROUPED, plain, ungrouped
+from bgc.record_class import dataclass, field
 from bgc.values.shown_units import Shown
 
 Exponent: TypeAlias = int | Fraction

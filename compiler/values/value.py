@@ -7,7 +7,7 @@ from math import prod
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import with_article
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.values.units import Dimension
 
 Shape: TypeAlias = tuple[int, ...]

@@ -9,12 +9,12 @@ from pathlib import Path
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
 from bgc.emission.operation_cost import Cost, cost_of
 from bgc.language.solver import Solver
 from bgc.options import Options
+from bgc.record_class import dataclass
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.simplifications import Candidate, keep_variants, possible_changes
 from bgc.runtime.measuring.instants import Instants, instants_of

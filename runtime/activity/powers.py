@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bgc.algebra.dag import Kind
-from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
+from bgc.record_class import dataclass, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
 

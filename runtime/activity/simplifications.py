@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.records import dataclass
 from bgc.elaboration.scenes.variants import Change, variants_of
 from bgc.ir.defaults import default_values
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Resistor, Storage
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Package
 from bgc.runtime.activity.powers import Activity, below
 from bgc.runtime.measuring.measured_store import Store, open_store

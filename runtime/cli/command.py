@@ -18,7 +18,7 @@ import click
 
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.running.quantity import read_quantity
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.cli.command import command
 from bgc.runtime.cli.printing import AT_FAULT, hanging, print_text
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.model import Model
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.running.quantity import Quantity

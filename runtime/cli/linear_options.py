@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from bgc.diagnostics.catalogue.analysis import several_components
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.cli.command import OptionGroup, option, require
 from bgc.runtime.cli.options import Input, Output, PointOptions, SceneOptions
 from bgc.runtime.cli.printing import print_diagnostics

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.devices import bad_device_option
-from bgc.diagnostics.records import dataclass
 from bgc.language.records import Where, options_of
 from bgc.language.scene import Scene
 from bgc.language.solver import Solver
 from bgc.options import Options
+from bgc.record_class import dataclass
 from bgc.runtime.cli.command import (
     Declared,
     OptionGroup,

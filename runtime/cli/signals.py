@@ -4,7 +4,7 @@ import signal
 from collections.abc import Callable
 from types import FrameType
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 # Ctrl-C; a batch system; a terminal that was closed, which Windows does not signal.
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")

@@ -7,13 +7,13 @@ from pathlib import Path
 from bgc.diagnostics.catalogue.machine import unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.driver import Stages
 from bgc.printing.causality_table import causality_tables
 from bgc.printing.draw import View, lay_out, to_dot
 from bgc.printing.latex import latex_equations
 from bgc.printing.stages import show_equations, symbol_names
 from bgc.printing.text_tables import Table, as_text
+from bgc.record_class import dataclass
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.html import tables_html
 

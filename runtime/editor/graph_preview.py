@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import asdict, dataclass
 from bgc.driver import compile_scene
 from bgc.editing.file_analysis import Analysis
 from bgc.grammar.syntax import Scene
 from bgc.options import Options
 from bgc.printing.draw import View, lay_out, part_paths, to_dot
+from bgc.record_class import asdict, dataclass
 
 _MOST_ELEMENTS = 150  # elements that are drawn one by one unless a depth is asked for
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Sequence
 from lsprotocol import types
 
 from bgc.diagnostics.diagnostic import Diagnostic, Edit, Severity
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.editing.completion import Completion
 from bgc.editing.hints import Hint
@@ -16,6 +15,7 @@ from bgc.editing.occurrences import Occurrence
 from bgc.editing.outline import Heading
 from bgc.editing.symbols import Kind
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 
 _SEVERITY = {
     Severity.ERROR: types.DiagnosticSeverity.Error,

@@ -11,7 +11,6 @@ from threading import Event
 
 from bgc.diagnostics.catalogue.editing import analysis_failed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import Stage, Stages, check_package
 from bgc.editing.documents import Documents
@@ -20,6 +19,7 @@ from bgc.editing.file_analysis import Analysis, analyse
 from bgc.editing.hints import Hint, hints
 from bgc.editing.moves import moving
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, replace
 from bgc.resolution.library import library_folder
 
 _FILES = 500  # of the workspace that are searched for uses of a name

@@ -15,7 +15,7 @@ from bgc.diagnostics.catalogue.fmus import (
     unknown_platform,
 )
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

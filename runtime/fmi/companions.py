@@ -9,7 +9,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.fmu_model import FmuModel
 from bgc.runtime.fmi.fmu_variables import Variable

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Kind, Level
 from bgc.diagnostics.catalogue.analysis import input_in_mass
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Program
@@ -17,6 +16,7 @@ from bgc.linearising.analysis_scene import (
     with_followers,
     with_sources,
 )
+from bgc.record_class import dataclass, field, replace
 
 
 @dataclass(slots=True)

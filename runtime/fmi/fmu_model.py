@@ -14,7 +14,6 @@ from bgc.building.build_result import Built
 from bgc.building.cache import digest_of
 from bgc.diagnostics.catalogue.fmus import solver_not_in_fmu
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import Stages, compile_scene
 from bgc.emission.c_tables import number, quoted
 from bgc.emission.mockup import Mockup, mockup_source
@@ -23,6 +22,7 @@ from bgc.grammar.latin import latin
 from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.runtime.fmi.fmu_inputs import ChosenInputs
 from bgc.runtime.fmi.fmu_variables import Table, arrays_of, variable_table
 from bgc.runtime.fmi.model_description import Description

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.values.shown_units import Shown
 from bgc.values.units import BASE_UNITS, parse_unit
 

@@ -11,13 +11,13 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from bgc.building.build_result import ENERGY_ACCOUNTS
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.scenes.scene_devices import channel_unit, command_unit
 from bgc.ir.program import Program
 from bgc.ir.scene_nodes import DeviceUse
 from bgc.language.column_names import AccountColumn, name_in_si
 from bgc.linearising.analysis_scene import channel_names
+from bgc.record_class import dataclass, replace
 from bgc.runtime.fmi.fmu_inputs import ChosenInputs
 from bgc.values.shown_units import Shown
 

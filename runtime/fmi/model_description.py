@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from bgc.diagnostics.records import dataclass, replace
+from bgc.record_class import dataclass, replace
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.fmu_units import unit_definitions, unit_name
 from bgc.runtime.fmi.fmu_variables import Array, Table, Variable, arrays_of

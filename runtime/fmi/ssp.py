@@ -23,8 +23,8 @@ from bgc.diagnostics.catalogue.systems import (
     part_named_twice,
 )
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.fmi.binaries import Platform
 from bgc.runtime.fmi.export import archived, fmu_archive

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
+from bgc.record_class import dataclass
 from bgc.runtime.fmi.fmu_variables import Table, Variable
 
 Reads = frozenset[tuple[Kind, int]]

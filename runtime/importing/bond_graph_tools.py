@@ -16,9 +16,9 @@ from pathlib import Path
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.imported import not_importable, wrong_structure, wrong_value
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.format import format_source
+from bgc.record_class import dataclass, field
 from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.plain_yaml import Scalar, Value, read_yaml
 from bgc.runtime.importing.rotation_text import number

@@ -8,8 +8,8 @@ from pathlib import Path
 from bgc.diagnostics.catalogue.files import is_directory
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.grammar.source_files import read_source
+from bgc.record_class import dataclass, field
 from bgc.runtime.importing.bond_graph_tools import read_bond_graph_tools
 from bgc.runtime.importing.mjcf import read_mjcf
 from bgc.runtime.importing.notes import Notes

@@ -8,8 +8,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.imported import odd_inertia, wrong_value
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.robot import Body, Kind, Pose, Robot
 from bgc.runtime.importing.rotation_text import Matrix, rows_of

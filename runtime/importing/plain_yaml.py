@@ -9,8 +9,8 @@ import re
 
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Source, Span
+from bgc.record_class import dataclass
 
 _KEY = re.compile(r"([^\s:#'\"\[\]{}&*!|>%@`,?][^:#]*?|'[^']*'|\"[^\"\\]*\")\s*:(?=\s|$)")
 _REFUSED = re.compile(r"[&*!|>%@`{\[]")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.importing.identifiers import Names
 from bgc.runtime.importing.inertia import Carried, rounded
 from bgc.runtime.importing.robot import Joint, Kind, Link, Robot

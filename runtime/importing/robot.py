@@ -8,8 +8,8 @@ from __future__ import annotations
 from enum import Enum
 from pathlib import Path
 
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass, field
 from bgc.runtime.importing.rotation_text import UNTURNED, Rotation, Vector
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 
 Vector = tuple[float, float, float]
 Matrix = npt.NDArray[np.float64]

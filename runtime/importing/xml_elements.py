@@ -12,8 +12,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.imported import not_importable, wrong_value
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Source, Span
+from bgc.record_class import dataclass, field
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DEEPEST = 1_000  # elements within elements

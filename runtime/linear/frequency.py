@@ -11,7 +11,7 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_range, no_response
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.linear.landmarks import Landmark, landmarks
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array, Complex

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array, Complex
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_time_response
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.linear.feedback import close_loop
 from bgc.runtime.linear.frequency import Response, frequency_response
 from bgc.runtime.linear.state_space import Linearisation

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.linear.feedback import close_loop
 from bgc.runtime.linear.frequency import Response, frequency_response
 from bgc.runtime.linear.landmarks import Landmark

@@ -13,7 +13,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import singular_mass
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field, replace
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.columns import optional_package
 from bgc.values.shown_units import Shown

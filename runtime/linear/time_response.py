@@ -10,7 +10,7 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.analysis import no_time_response, out_of_range
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.results.arrays import Array, Complex

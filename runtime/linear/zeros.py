@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import Linearisation, by_real_part, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex

@@ -15,7 +15,6 @@ from bgc.building.build_result import run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.diagnostics.catalogue import analysis, run, samples
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
 from bgc.ir.defaults import program_values
@@ -23,6 +22,7 @@ from bgc.ir.graph import Node
 from bgc.linearising.analysis_scene import Opened, open_scene
 from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.runtime.linear.equilibrium import Tangent, find_equilibrium, find_zero
 from bgc.runtime.linear.state_space import (
     Linearisation,

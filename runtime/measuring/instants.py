@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.measuring.timed_run import Run, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel

@@ -8,8 +8,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import vector_of
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel, Variable
 from bgc.values.shown_units import Shown

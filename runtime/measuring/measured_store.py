@@ -21,7 +21,7 @@ import numpy as np
 from bgc.building.cache import digest_of, open_cache, write_aside
 from bgc.building.record_json import from_json, to_json
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.recommendation import study_folder
 

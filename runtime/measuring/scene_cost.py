@@ -13,7 +13,6 @@ import numpy as np
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.emission.operation_cost import Cost, cost_of
@@ -21,6 +20,7 @@ from bgc.ir.defaults import program_values
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Dropped
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.runtime.linear.state_space import pencil_eigenvalues

@@ -16,8 +16,8 @@ import numpy as np
 from bgc.building.build_result import ENERGY_ACCOUNTS
 from bgc.diagnostics.catalogue.stress import nominal_run_failed
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require

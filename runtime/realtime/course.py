@@ -8,8 +8,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.exchange import cannot_exchange
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.realtime.loop_options import RealtimeOptions, fill_options, period_of
 from bgc.runtime.realtime.servo_binding import POSE_SIZE, OptionsStruct
 from bgc.runtime.results.arrays import Array

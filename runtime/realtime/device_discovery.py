@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bgc.building.build import driver_names
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.running.device_drivers import ALLOWED, load_driver
 
 PURPOSES = {

@@ -8,8 +8,8 @@ from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.realtime import cannot_start
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.realtime.servo_binding import POLICIES, OptionsStruct
 from bgc.runtime.running.loaded_model import LoadedModel
 

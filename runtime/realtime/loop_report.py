@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.catalogue.run import device_failed
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.realtime.servo_binding import (
     POLICIES,
     End,

@@ -32,8 +32,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.ir.port_facts import ForceFacts
+from bgc.record_class import dataclass, replace
 from bgc.runtime.realtime.servo_binding import CapabilitiesStruct
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance

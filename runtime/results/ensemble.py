@@ -12,7 +12,7 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import NamedColumns, optional_package
 from bgc.runtime.results.files import append_rows

@@ -19,7 +19,7 @@ from zlib import crc32
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.row_files import RowArray, RowFile, write_all
 

@@ -12,8 +12,8 @@ from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.studies import bad_observable
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import column_of, component_of, name_in_si
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.values.shown_units import Shown
 

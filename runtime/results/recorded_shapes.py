@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.row_files import RowArray
 

@@ -14,8 +14,8 @@ from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.scene import Plot
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import RunColumns, dataset, optional_package
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays

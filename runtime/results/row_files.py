@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import append_rows
 

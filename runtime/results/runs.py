@@ -13,7 +13,7 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field, replace
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.columns import InUnits, UnknownColumn, dataset
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays

@@ -9,8 +9,8 @@ import numpy as np
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import Tabled
 from bgc.runtime.results.runs import ObservedRuns

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, TextIO
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table, table_text
+from bgc.record_class import dataclass
 from bgc.runtime.results.columns import optional_package
 from bgc.runtime.results.files import append_rows
 from bgc.runtime.results.runs import Interrupted, ObservedRuns

@@ -13,8 +13,8 @@ import numpy as np
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field, fields
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field, fields
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Reducer
 from bgc.runtime.results.runs import DONE, FAILED, INTERRUPTED

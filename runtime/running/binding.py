@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.structures import (
     ABI,

@@ -10,7 +10,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.ensembles import no_instances, uneven_values
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 

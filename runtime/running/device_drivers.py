@@ -20,7 +20,7 @@ from bgc.diagnostics.catalogue.devices import (
     no_such_device,
 )
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.quantity import read_number

@@ -12,10 +12,10 @@ from bgc.building.build_result import ENERGY_ACCOUNTS, Built, Places, RunFacts
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.arguments import wrong_state
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.options import Options
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.running.binding import Instance, Library, text

@@ -24,10 +24,10 @@ from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import astuple, dataclass, replace
 from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.options import RUN_NUMBER, Options
+from bgc.record_class import astuple, dataclass, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import EXTREMES, Observable, Reducer, check_parts

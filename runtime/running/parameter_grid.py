@@ -11,7 +11,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range, too_many_instances, varied_twice
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import read_quantity

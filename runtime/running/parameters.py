@@ -19,8 +19,8 @@ from bgc.diagnostics.catalogue.arguments import (
 )
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown_units import Shown

@@ -12,7 +12,7 @@ import numpy as np
 from bgc.building.cache import digest_of, open_cache
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.files import write_arrays
 from bgc.runtime.running.batches import Work
 from bgc.runtime.running.run_warnings import read_warnings, written_warnings

@@ -15,8 +15,8 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.machine import cannot_write, rows_not_written, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.kept_rows import MOST_VALUES, KeptRows
 from bgc.runtime.results.npz_rows import NpzRows

@@ -10,7 +10,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import bad_option, too_many_rows
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 
 DEFAULT_ROWS = 1000

@@ -11,9 +11,9 @@ from bgc.diagnostics.catalogue.accuracy import moves_below, rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.error_estimate import judged
 from bgc.runtime.results.recorded_shapes import shapes_of

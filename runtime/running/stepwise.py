@@ -13,8 +13,8 @@ from bgc.diagnostics.catalogue.arguments import run_is_over
 from bgc.diagnostics.catalogue.inputs import function_in_steps, not_an_open_input
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require

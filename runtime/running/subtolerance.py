@@ -16,8 +16,8 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel

@@ -18,7 +18,6 @@ import numpy as np
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue.stress import not_a_drive
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
@@ -33,6 +32,7 @@ from bgc.ir.graph import (
     Storage,
     Transformer,
 )
+from bgc.record_class import dataclass
 from bgc.runtime.running.parameters import Parameter
 from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown_units import Shown

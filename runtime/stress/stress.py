@@ -10,10 +10,10 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import compile_scene
 from bgc.language.methods import default_method
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.measuring.judging import Accuracy, duration_of
 from bgc.runtime.measuring.measured_store import Store, open_store
 from bgc.runtime.measuring.timed_run import Budget, completed, reason_of, timed_run

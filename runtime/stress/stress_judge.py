@@ -7,8 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.measuring.instants import Instants, instants_of, only_rows
 from bgc.runtime.measuring.judging import (
     AT_THE_REFERENCE,

@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.results.arrays import Array

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.runs import gathered
 from bgc.runtime.running.many import Plan

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.studies.found_parameters import FoundParameters

@@ -10,8 +10,8 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Range

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.html import Tabled
 from bgc.values.shown_units import Shown

@@ -11,8 +11,8 @@ import numpy as np
 from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import column_of, name_in_si
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.csv_tables import factor, read_columns

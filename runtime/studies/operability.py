@@ -12,8 +12,8 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range
 from bgc.diagnostics.catalogue.studies import no_criterion
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import EXTREMES, Criterion
 from bgc.runtime.results.study import Study

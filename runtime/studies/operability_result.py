@@ -12,8 +12,8 @@ from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.studies import bad_case_table
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.results.html import Tabled

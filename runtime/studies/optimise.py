@@ -15,8 +15,8 @@ from bgc.diagnostics.catalogue.studies import (
     without_influence,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import STEPPED, Criterion, Observable
 from bgc.runtime.results.runs import Interrupted

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.public import public_class
-from bgc.diagnostics.records import dataclass
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.results.observables import Criterion, Observable

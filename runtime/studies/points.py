@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.results.runs import Runs

@@ -11,8 +11,8 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import varied_twice
 from bgc.diagnostics.catalogue.studies import bad_observable, cannot_fit, not_bounds
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Criterion, Observable, in_column_unit
 from bgc.runtime.running.loaded_model import LoadedModel, Variable

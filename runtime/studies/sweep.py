@@ -11,8 +11,8 @@ import numpy as np
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import (

@@ -17,8 +17,8 @@ from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.studies import cluster_unusable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.observables import Observable
 from bgc.runtime.running.batches import Outcome

@@ -8,9 +8,9 @@ from itertools import groupby
 from pathlib import Path
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field
 from bgc.language.records import Where, option
 from bgc.options import Options
+from bgc.record_class import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import zip_longest
 from typing import TypeAlias
 
-from bgc.diagnostics.records import dataclass
 from bgc.elaboration.scenes.variants import Change
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass
 from bgc.runtime.running.quantity import spelled_time
 
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)

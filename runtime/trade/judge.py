@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si, vector_of
+from bgc.record_class import dataclass
 from bgc.runtime.measuring.judging import AT_THE_REFERENCE, Quantity, combined, worst_error
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration

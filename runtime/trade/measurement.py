@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bgc.diagnostics.records import dataclass, field
+from bgc.record_class import dataclass, field
 from bgc.runtime.trade.configurations import Configuration
 
 DONE, FAILED, REFUSED = "done", "failed", "refused"

@@ -9,8 +9,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, replace
 from bgc.runtime.measuring.instants import Instants
 from bgc.runtime.measuring.judging import (
     METHODS,

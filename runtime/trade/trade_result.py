@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.measuring.judging import Quantity
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import Target, Verdict

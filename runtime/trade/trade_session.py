@@ -5,8 +5,8 @@ from __future__ import annotations
 import statistics
 from collections.abc import Callable, Sequence
 
-from bgc.diagnostics.records import dataclass, replace
 from bgc.language.solver import Solver
+from bgc.record_class import dataclass, replace
 from bgc.runtime.measuring.instants import instants_of
 from bgc.runtime.measuring.judging import METHODS, RTOLS, Accuracy, combined
 from bgc.runtime.measuring.measured_store import Store

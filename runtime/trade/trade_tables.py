@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from bgc.diagnostics.records import dataclass
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table
+from bgc.record_class import dataclass
 from bgc.runtime.measuring.judging import Quantity
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.trade.configurations import Variant

@@ -16,8 +16,8 @@ from threading import Thread
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.options import Options
+from bgc.record_class import dataclass
 
 _PROGRAM = "from bgc.runtime.view.aside import work; work()"
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from bgc.building.build_result import Built
-from bgc.diagnostics.records import dataclass
+from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.loaded_model import LoadedModel

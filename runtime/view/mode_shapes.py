@@ -11,8 +11,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.view import no_mode_moves
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.options import Options
+from bgc.record_class import dataclass
 from bgc.runtime.linear.state_space import Mode
 from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.results.arrays import Array, Complex

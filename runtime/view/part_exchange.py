@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from bgc.building.build_result import Built
-from bgc.diagnostics.records import dataclass, replace
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.view.aside import Answer, Aside, Request
 from bgc.runtime.view.live import LiveRun

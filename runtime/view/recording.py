@@ -14,8 +14,8 @@ import numpy as np
 from bgc.diagnostics.catalogue.files import file_missing, unreadable
 from bgc.diagnostics.catalogue.view import not_a_result
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.language.scene import Plot
+from bgc.record_class import dataclass
 from bgc.runtime.results.recorded_shapes import read_shapes
 from bgc.runtime.results.result import Result
 from bgc.runtime.view.history import Rows, as_rows

@@ -9,9 +9,9 @@ from typing import Final
 
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.grammar import syntax
 from bgc.options import Options
+from bgc.record_class import dataclass
 from bgc.reference import parts
 from bgc.reference.entry import first_sentence
 from bgc.resolution.library import library_folder

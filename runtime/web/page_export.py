@@ -12,9 +12,9 @@ from typing import Any, Final
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.live_pages import page_without_graph
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.driver import Stages, compile_scene
 from bgc.options import Options
+from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.view.graph_page import metered_stages

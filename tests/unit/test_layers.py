@@ -19,7 +19,7 @@ FOLDERS = {
 
 # From the bottom up. A prefix stands for all its modules; the longest prefix counts.
 LAYERS = """
-bgc.diagnostics.records
+bgc.record_class
 bgc.diagnostics.source bgc.diagnostics.diagnostic bgc.diagnostics.words bgc.diagnostics.row
 bgc.diagnostics.catalogue
 bgc.diagnostics

@@ -1,4 +1,4 @@
-"""Records: `bgc.diagnostics.records.dataclass` against the standard decorator."""
+"""Records: `bgc.record_class.dataclass` against the standard decorator."""
 
 import copy
 import dataclasses
@@ -7,7 +7,7 @@ import pickle
 
 import pytest
 
-from bgc.diagnostics import records
+from bgc import record_class as records
 
 CHOICES = {
     "plain": {},

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import Values, error, listed, underlined, warning
 from bgc.diagnostics.diagnostic import Fault, Label
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,9 @@ from fractions import Fraction
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.collection import Report
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import WATT
+from bgc.record_class import dataclass
 from bgc.values.units import (
     DIMENSIONLESS,
     Dimension,

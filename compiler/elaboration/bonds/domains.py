@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from bgc.diagnostics.catalogue import names, shapes
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.quantities import dimension_of
 from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Declared
 from bgc.values.units import Dimension, describe_dimension, multiply
 from bgc.values.value import Shape

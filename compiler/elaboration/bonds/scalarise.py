@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bgc.diagnostics.catalogue import graph
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.faces import Face, Joint, WideBond
@@ -12,6 +11,7 @@ from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port
 from bgc.language.elements import Family
+from bgc.record_class import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)

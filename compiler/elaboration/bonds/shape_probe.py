@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.values.value import Shape
 
 LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2"}

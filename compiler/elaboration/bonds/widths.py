@@ -9,7 +9,6 @@ from __future__ import annotations
 from bgc.diagnostics.catalogue import graph
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.shape_probe import Probe, WidthUnknown, probe
@@ -20,6 +19,7 @@ from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.language.elements import Family
+from bgc.record_class import dataclass, field
 
 
 @dataclass(slots=True)

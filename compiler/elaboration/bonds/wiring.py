@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import graph, laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Edit
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.elaboration.instances.faces import Face, Joint, Net, WideBond
 from bgc.elaboration.instances.instance_notes import note, note_of
 from bgc.elaboration.instances.limits import MAX_WIDTH
@@ -24,6 +23,7 @@ from bgc.elaboration.instances.tree import (
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.language.elements import Family
+from bgc.record_class import dataclass, field, replace
 
 # No port for an arrow in this direction, an arrow against a port, an arrow out of a C, I or R.
 _REVERSIBLE = ("BG403", "BG404", "BG405")

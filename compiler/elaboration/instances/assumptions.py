@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bgc.diagnostics.records import dataclass, field
 from bgc.elaboration.instances.tree import Quantity, Status
+from bgc.record_class import dataclass, field
 from bgc.values.value import Value
 
 

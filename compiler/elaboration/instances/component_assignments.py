@@ -9,7 +9,6 @@ from typing import Protocol
 from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.assumptions import Assumption
 from bgc.elaboration.instances.checks import check_value
 from bgc.elaboration.instances.components import component_name, indices
@@ -18,6 +17,7 @@ from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Environment, Quantity, Status
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.values.scope import ByComponent
 from bgc.values.units import Dimension
 from bgc.values.value import Shape, Value

@@ -14,12 +14,12 @@ from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue.names import replaces_other_unit
 from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Quantity, Status
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Declared
 from bgc.values.expressions import evaluate
 from bgc.values.scope import ByComponent, FunctionUse, Namespace

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bgc.algebra.disjoint_sets import Joined
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.resolution.modules import Declared
 
 

@@ -9,7 +9,6 @@ from typing import cast
 
 from bgc.diagnostics.catalogue import laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.protocols import Services
 from bgc.elaboration.instances.tree import (
@@ -24,6 +23,7 @@ from bgc.elaboration.instances.tree import (
 )
 from bgc.grammar import syntax
 from bgc.language.sampled_port import READ
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import ByComponent, FunctionUse, Namespace
 from bgc.values.value import Value

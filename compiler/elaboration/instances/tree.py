@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import TypeAlias, TypeVar
 
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS, ElementKind
+from bgc.record_class import dataclass, field
 from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import Namespace
 from bgc.values.value import Value

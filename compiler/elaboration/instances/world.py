@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.collection import Report
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.demands import Demands
 from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.grammar import syntax
+from bgc.record_class import dataclass, field
 from bgc.resolution.modules import Package
 from bgc.values.data_expressions import Table
 from bgc.values.expressions import evaluate, evaluate_condition, evaluate_whole, resolve_path

@@ -9,7 +9,6 @@ from bgc.algebra.linear import linear_coefficients
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import names, with_article
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.scalarise import Scalars
@@ -22,6 +21,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Matrix, Node, Port
 from bgc.language.elements import Role
+from bgc.record_class import dataclass, replace
 from bgc.values.units import divide
 from bgc.values.value import Value, describe_shape
 

@@ -7,7 +7,6 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue import graph, laws, names, samples
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_units import SECOND
 from bgc.elaboration.bonds.domains import Domains
@@ -22,6 +21,7 @@ from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.when import read_jump
 from bgc.grammar import syntax
 from bgc.ir.graph import Condition, Equation, Guard, Jump, Node, State, Unknown
+from bgc.record_class import dataclass
 from bgc.values.units import (
     Dimension,
     divide,

@@ -8,7 +8,6 @@ from fractions import Fraction
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.quantities import dimension_of
@@ -20,6 +19,7 @@ from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Observation, SampledPort
 from bgc.language.column_names import AccountColumn, column_in
 from bgc.language.scene_tables import ACCOUNTS, CREATED
+from bgc.record_class import dataclass, replace
 from bgc.values.units import Dimension, describe_dimension, parse_unit, shown_of, si_text
 from bgc.values.value import Value
 

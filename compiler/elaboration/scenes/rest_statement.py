@@ -5,7 +5,6 @@ from __future__ import annotations
 from bgc.algebra.dag import Kind, Symbol
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
@@ -14,6 +13,7 @@ from bgc.elaboration.scenes.scene_choice import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import Node, Observation
 from bgc.language.scene import Rest
+from bgc.record_class import dataclass
 from bgc.values.units import shown_of, si_text
 
 

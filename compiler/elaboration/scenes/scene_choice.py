@@ -9,12 +9,12 @@ from bgc.algebra.evaluate import to_double
 from bgc.diagnostics.catalogue import scenes, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field, replace
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass, field, replace
 from bgc.resolution.modules import Declared, Inherited, Package, flatten
 from bgc.values.expressions import evaluate_constant
 from bgc.values.units import Dimension, describe_dimension

@@ -10,7 +10,6 @@ from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.catalogue.devices import no_driver_path
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.checks import check_units, fit_shape
 from bgc.elaboration.instances.scopes import path_of
@@ -25,6 +24,7 @@ from bgc.language.scene_tables import (
     DRIVER_BY_PATH,
     DRIVER_OPTIONS,
 )
+from bgc.record_class import dataclass
 from bgc.resolution.modules import Package
 from bgc.values.scope import Namespace
 from bgc.values.units import si_symbol

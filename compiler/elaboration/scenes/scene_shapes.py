@@ -14,7 +14,6 @@ from pathlib import Path
 from bgc.algebra.evaluate import to_double
 from bgc.diagnostics.catalogue import drawn, with_article
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, field
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.bond_values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
@@ -28,6 +27,7 @@ from bgc.grammar import syntax
 from bgc.ir.graph import Observation
 from bgc.ir.shapes import ShapeUse, ShapeValue
 from bgc.language.shape_table import COLOURS, MESH_FILES, SHAPES, Ends, ShapeArgument, Takes
+from bgc.record_class import dataclass, field
 from bgc.values.expressions import resolve_path
 from bgc.values.units import DIMENSIONLESS, Dimension
 from bgc.values.value import Value, describe_shape

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bgc.diagnostics.records import dataclass, replace
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Slot
 from bgc.options import Options
+from bgc.record_class import dataclass, replace
 from bgc.resolution.modules import Declared, Package, fitting_models
 
 

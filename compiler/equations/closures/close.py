@@ -21,7 +21,6 @@ from bgc.diagnostics.catalogue import closures as catalogue
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.closures.contradiction import body_aside, is_within_reach
 from bgc.equations.closures.manifold import (
     CLOSED,
@@ -51,6 +50,7 @@ from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values, program_values
 from bgc.ir.graph import Node
 from bgc.ir.program import ClosedChain, Closures, Program
+from bgc.record_class import dataclass, replace
 
 _DEPENDENT = 1e-11  # pivot of S over its diagonal: squares of sines
 _NOISE = 1e-18  # of the largest diagonal of S: squares of coefficients that rounded data leave over

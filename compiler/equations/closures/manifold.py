@@ -22,10 +22,10 @@ from bgc.algebra.dense import (
     solve_dense,
 )
 from bgc.algebra.evaluate import Evaluator, evaluate_nodes
-from bgc.diagnostics.records import dataclass
 from bgc.equations.closures.multipliers import Responses
 from bgc.ir.graph import Node
 from bgc.ir.program import Closures, Program
+from bgc.record_class import dataclass
 
 CLOSED = 1e-10  # m or rad: what may be left of a condition
 ROUNDED = 1e-6  # m or rad: the same of redundant conditions, where directions are rounded data

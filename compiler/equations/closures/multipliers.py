@@ -20,12 +20,12 @@ from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.symbolic_systems import solve_definite
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.fields import map_nodes, nodes_of
 from bgc.ir.graph import Condition, Matrix, Node
 from bgc.ir.program import Program
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

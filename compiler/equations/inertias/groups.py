@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.disjoint_sets import groups_sharing
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import StorageElement, StoragePort
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind, Role
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

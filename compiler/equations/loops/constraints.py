@@ -12,10 +12,10 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.expansion import expanded_text
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass
 
 _MOST_DIFFERENTIATIONS = 3  # differentiations
 

@@ -20,11 +20,11 @@ from bgc.algebra.signs import Signs
 from bgc.algebra.strong_components import strong_components
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.rates import RateTerms
 from bgc.equations.variables.definitions import Explicit, Rate, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor, Loop, LoopKind, LoopSolution, PositiveParameter
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

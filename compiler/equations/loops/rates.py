@@ -8,8 +8,8 @@ from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.symbolic_systems import solve_general
-from bgc.diagnostics.records import dataclass
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass
 
 
 def implicit_rates(

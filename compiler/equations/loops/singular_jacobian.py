@@ -15,10 +15,10 @@ from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.modular import Solutions, rank_of, solutions_of
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Equation, Node
+from bgc.record_class import dataclass
 
 _MOST_UNKNOWNS = 100  # unknowns, for which the number of solutions is counted
 

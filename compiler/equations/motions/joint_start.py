@@ -24,7 +24,6 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.symbolic_systems import solve_definite
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.inertias.flows import momenta_of
 from bgc.equations.storage.conditions import (
     Condition,
@@ -37,6 +36,7 @@ from bgc.equations.storage.kinds import IntegratedState, StorageElement, Storage
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Junction, Node
+from bgc.record_class import dataclass, replace
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,6 @@ from bgc.algebra.disjoint_sets import groups_sharing
 from bgc.algebra.quadratic import ConstrainedEnergy, Definition, Form
 from bgc.algebra.reduction import Reduction
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.motions.joint_start import Balance, joint_start
 from bgc.equations.motions.motions import free_motions, part_of
 from bgc.equations.storage.constrained_energy import (
@@ -39,6 +38,7 @@ from bgc.equations.storage.kinds import IntegratedState, StorageElement, Storage
 from bgc.equations.variables.definitions import Column, Explicit, Row, Variables
 from bgc.ir.causal import BasisKind, Role
 from bgc.ir.graph import Node, Source
+from bgc.record_class import dataclass, replace
 
 _LEAST_EIGENVALUE = 1e-9  # eigenvalue or pivot, of the matrix scaled to a diagonal of ones or less
 

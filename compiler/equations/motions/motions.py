@@ -25,12 +25,12 @@ from bgc.algebra.reduction import Reduction
 from bgc.causality.assign import columns_in_value
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import own_flow
 from bgc.equations.variables.definitions import Column, Row, Variables
 from bgc.equations.variables.law_nodes import gyrator_matrix
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
+from bgc.record_class import dataclass
 
 
 def part_of(motion: Mapping[Column, Node], kind: str) -> dict[int, Node]:

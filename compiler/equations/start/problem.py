@@ -12,7 +12,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.start.given import given_of_junctions
 from bgc.equations.storage.conditions import Condition
@@ -20,6 +19,7 @@ from bgc.equations.storage.initial_values import GivenVariable, given_of_element
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

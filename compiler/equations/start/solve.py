@@ -26,7 +26,6 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass, replace
 from bgc.equations.start.least import LeastChange
 from bgc.equations.start.problem import Given, Problem, states_in
 from bgc.equations.storage.conditions import Answer, System, contradiction, in_order
@@ -34,6 +33,7 @@ from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, Start
+from bgc.record_class import dataclass, replace
 
 _AGREES = 1e-11  # of a value that follows from others, relative
 _DIGITS = 15  # of a solution: enough, and the same on every machine

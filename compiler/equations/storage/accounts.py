@@ -12,11 +12,11 @@ from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.polynomials import antiderivative
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import EnergyLaw, ExplicitLaw, LinearLaw, Matrix, Node, Port, Resistor, Source
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

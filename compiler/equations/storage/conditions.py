@@ -15,10 +15,10 @@ from bgc.algebra.dag import Level
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.contradicted_start import opposing_source, parameters_behind
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Node
+from bgc.record_class import dataclass
 
 Row: TypeAlias = dict[int, Node]
 NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value

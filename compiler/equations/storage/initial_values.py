@@ -9,12 +9,12 @@ from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.diagnostics.source import Span
 from bgc.equations.storage.conditions import Condition, unusable
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Initial, Node, Storage
+from bgc.record_class import dataclass
 
 Given = dict[tuple[int, str], Initial]  # (port, variable) -> what the user gave
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.records import dataclass
 from bgc.equations.storage.symmetry import even_matrix
 from bgc.equations.variables.definitions import Variables
 from bgc.equations.variables.law_nodes import StorageLaw, storage_law
 from bgc.ir.causal import BasisKind, CausalGraph, ElementPort, Role
 from bgc.ir.graph import Node, Storage
+from bgc.record_class import dataclass
 from bgc.values.units import parse_unit
 
 

@@ -17,7 +17,6 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import ConstrainedEnergy
 from bgc.algebra.quadratic import Definition as FlowDefinition
 from bgc.causality.certificates import Certificate, Certifier
-from bgc.diagnostics.records import dataclass
 from bgc.equations.variables.balances import Balances, CausalIndex
 from bgc.equations.variables.law_nodes import following_law, gyrator_law, gyristor_law, resistor_law
 from bgc.equations.variables.raw_symbols import Symbols
@@ -25,6 +24,7 @@ from bgc.equations.variables.variable_names import Places
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, Node, Resistor, Source, Storage
 from bgc.ir.program import Divisor, PositiveParameter
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)

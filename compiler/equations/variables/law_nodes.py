@@ -14,7 +14,6 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.linalg import SingularMatrixError, apply, inverse, transpose
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.records import dataclass
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     EnergyLaw,
@@ -31,6 +30,7 @@ from bgc.ir.graph import (
     Storage,
 )
 from bgc.ir.program import PositiveParameter
+from bgc.record_class import dataclass
 
 
 @dataclass(frozen=True, slots=True)
