@@ -22,13 +22,14 @@ import numpy.typing as npt
 from ivp import FOLDER, NOT_STIFF, SIZES
 
 import bgc
+import bgc.library
 from bgc.language.solver import Solver
 from bgc.runtime.running.run import run_watched
 from bgc.runtime.running.simulate import method_of, simulate
 
 Array = npt.NDArray[np.float64]
 
-LIBRARY = Path(bgc.__file__).parents[3] / "library"
+LIBRARY = Path(bgc.library.__path__[0])
 SCENES = (
     "examples/two_tanks tanks", "examples/two_tanks emptying", "examples/water_hammer",
     "examples/bouncing_ball", "examples/backlash", "examples/clutch", "examples/gyroscope",

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import bgc
+import bgc.library
 
 MODELS = Path(__file__).parents[1] / "models"
-LIBRARY = Path(bgc.__file__).parents[3] / "library"
+LIBRARY = Path(bgc.library.__path__[0])
 REFERENCES = json.loads((MODELS / "ivp" / "references.json").read_text())
 LARGE = {"pollution": 1e-2}  # atol over rtol
 
