@@ -6,7 +6,7 @@ import sys
 from typing import NoReturn
 
 from bgc.runtime.cli.signals import catch_signals, end_at_signals
-from bgc.runtime.cli.streams import repair_streams
+from bgc.runtime.cli.streams import leave_streams, repair_streams
 
 _ALLOCATIONS = 50_000  # between two garbage collections: a compiler makes little garbage
 
@@ -35,4 +35,5 @@ def main() -> NoReturn:
     except SystemExit as end:
         status = end.code
     end_at_signals()
+    leave_streams()
     sys.exit(caught.status or status)

@@ -3,6 +3,7 @@
 import os
 import sys
 from contextlib import suppress
+from typing import TextIO
 
 # By their numbers: how what stands in for a closed one is opened, and the mode of its Python file.
 _STREAMS = (("stdin", os.O_RDONLY, "r"), ("stdout", os.O_RDONLY, "w"), ("stderr", os.O_WRONLY, "w"))
@@ -27,10 +28,26 @@ def repair_streams() -> None:
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
 
 
-def discard_output() -> None:
-    """Discard what standard output still holds, which Python would try to write at its end."""
+def discard_output(stream: TextIO | None = None) -> None:
+    """Discard what a stream, by default standard output, still holds.
+
+    Python would try to write it at its end.
+    """
+    held = stream or sys.stdout
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, held.fileno())
         os.close(nowhere)
-        sys.stdout.flush()
+        held.flush()
+
+
+def leave_streams() -> None:
+    """Write out the standard streams, or discard what they hold: a terminal may be closed.
+
+    Python itself would change the exit status to 120.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            discard_output(stream)
