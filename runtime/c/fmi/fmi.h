@@ -144,6 +144,7 @@ bgc_fmi_status bgc_fmi_restore(bgc_fmi *i, const void *memory);
 /* --- present.c */
 static const double bgc_fmi_allowed_drift = 0.1; /* of constraints, over the tolerances */
 static inline int bgc_fmi_is_free(const bgc_fmi *i, int k) { return i->d->algebraic[k] == 0.0; }
+bgc_fmi_status bgc_fmi_solve_matrix(bgc_fmi *i, double *right);
 bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed);
 bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i);
 bgc_fmi_status bgc_fmi_view(bgc_fmi *i);

@@ -15,7 +15,7 @@
 static bgc_fmi_status solve_mass(bgc_fmi *i, double *right, int transposed) {
     const bgc_model *m = i->m;
     const int n = m->n_state;
-    int bad, coupled = 0;
+    int coupled = 0;
 
     for (int k = 0; k < n; k++) {
         coupled |= bgc_fmi_is_free(i, k) && i->d->inverse_mass[k] == 0.0;
@@ -35,13 +35,7 @@ static bgc_fmi_status solve_mass(bgc_fmi *i, double *right, int transposed) {
     for (int k = 0; k < n; k++) {
         i->matrix[(size_t)k * (size_t)(n + 1)] += bgc_fmi_is_free(i, k) ? 0.0 : 1.0;
     }
-    bad = bgc_factorise_dense(n, i->matrix, i->pivot, i->d->magnitude);
-    if (bad >= 0) {
-        i->d->core.failed_state = bad;
-        return bgc_fmi_explain(i, BGC_FMI_ERROR, BGC_SINGULAR);
-    }
-    bgc_solve_dense(n, i->matrix, i->pivot, right);
-    return BGC_FMI_OK;
+    return bgc_fmi_solve_matrix(i, right);
 }
 
 /* --- places of references ------------------------------------------------------------------------ */

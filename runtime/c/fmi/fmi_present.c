@@ -7,11 +7,23 @@ enum { MOST_CORRECTIONS = 8 };
 
 /* --- algebraic equations ----------------------------------------------------------------------- */
 
+/* Solves with i->matrix, which is overwritten as right is. */
+bgc_fmi_status bgc_fmi_solve_matrix(bgc_fmi *i, double *right) {
+    const int n = i->m->n_state;
+    const int bad = bgc_factorise_dense(n, i->matrix, i->pivot, i->d->magnitude);
+
+    if (bad >= 0) {
+        i->d->core.failed_state = bad;
+        return bgc_fmi_explain(i, BGC_FMI_ERROR, BGC_SINGULAR);
+    }
+    bgc_solve_dense(n, i->matrix, i->pivot, right);
+    return BGC_FMI_OK;
+}
+
 /* Solves with g_z, or its transpose, in the rows and columns of the states that are not free: right is
  * overwritten; entries of free states are zero. i->partial holds df/dx. */
 bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed) {
     const int n = i->m->n_state;
-    int bad;
 
     memset(i->matrix, 0, (size_t)n * (size_t)n * sizeof *i->matrix);
     for (int e = 0; e < i->n_partial; e++) {
@@ -27,13 +39,7 @@ bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed
             right[k] = 0.0;
         }
     }
-    bad = bgc_factorise_dense(n, i->matrix, i->pivot, i->d->magnitude);
-    if (bad >= 0) {
-        i->d->core.failed_state = bad;
-        return bgc_fmi_explain(i, BGC_FMI_ERROR, BGC_SINGULAR);
-    }
-    bgc_solve_dense(n, i->matrix, i->pivot, right);
-    return BGC_FMI_OK;
+    return bgc_fmi_solve_matrix(i, right);
 }
 
 /* One correction by Newton's method of the states that are not free; returns its size, the largest over the
