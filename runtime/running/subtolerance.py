@@ -53,7 +53,7 @@ class Subtolerance:
 
     @property
     def stays_below(self) -> bool:
-        """Whether the state has never risen above its tolerance."""
+        """Test whether the state has never risen above its tolerance."""
         return self.fell == self.grown
 
 

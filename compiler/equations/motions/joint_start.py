@@ -294,7 +294,7 @@ def _given_row(variables: Variables, element: StorageElement, one: GivenVariable
 
 
 def _law_row(variables: Variables, element: StorageElement, place: int) -> tuple[Row, Node]:
-    """What a port stores as a row over the answers, and the share of sources in it."""
+    """Write the stored quantity of a port as a row over the answers, and the share of sources."""
     dag, capacity = variables.dag, element.law.capacity
     assert capacity is not None, "laws that are not linear start elsewhere"
     row: Row = {}
@@ -324,7 +324,7 @@ def _depends_on(
 
 
 def _stored(variables: Variables, block: _Block) -> list[Node] | None:
-    """What is stored at the start, by answers: the momentum on a flow, or a charge.
+    """Find the stored quantities of the start, one an answer: momenta of flows, then charges.
 
     None where a law is not linear, or where the rows cannot be evaluated before the start is known.
     """
@@ -358,7 +358,7 @@ def _stored(variables: Variables, block: _Block) -> list[Node] | None:
 def _determined(
     variables: Variables, block: _Block, rows: Sequence[tuple[Row, Node]]
 ) -> list[Node] | None:
-    """What is stored where the rows leave no answer open; None where a pivot may vanish."""
+    """Find the stored quantities where the rows fix all answers; None where a pivot may vanish."""
     dag = variables.dag
     if all(value == dag.zero for _, value in rows):
         return _at(variables, block, [dag.zero for _ in rows])
@@ -402,7 +402,7 @@ def _of_least_energy(
 def _by_equations(
     variables: Variables, block: _Block, rows: Sequence[tuple[Row, Node]]
 ) -> list[Node]:
-    """What is stored, in terms of unknowns of the start: the answers y, and multipliers w.
+    """Write the stored quantities with unknowns of the start: answers y and multipliers w.
 
     Their equations are `R y = r` and, where these leave answers open, `x(y) = R' w`.
     """
@@ -422,7 +422,7 @@ def _by_equations(
 
 
 def _at(variables: Variables, block: _Block, answers: Sequence[Node]) -> list[Node]:
-    """What is stored at the answers y: `A y + d`."""
+    """The stored quantities at the answers y: `A y + d`."""
     dag, flows = variables.dag, dict(zip(block.flows, answers, strict=False))
     momenta = momenta_of(variables, [element for element, _ in block.elements], flows)
     y = dict(zip(block.answers, answers, strict=True))

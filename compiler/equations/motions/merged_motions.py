@@ -165,7 +165,7 @@ class _Merging:
         return sorted(part_of(self._motions.rows[j], "slot"))
 
     def _moved(self, i: int) -> dict[int, Node]:
-        """What a unit of each motion adds to the rate of a slot's quantity."""
+        """The rate of a slot's quantity by one unit of each motion."""
         holding = sorted(self._motions.holding.get(("slot", i), ()))
         return {j: self._motions.rows[j]["slot", i] for j in holding}
 

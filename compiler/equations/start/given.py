@@ -83,9 +83,10 @@ def values_to_check(
 
 
 def given_names(graph: FlatGraph, states: Sequence[str]) -> tuple[str, ...]:
-    """What the model gives of each state that belongs to one port, or is declared.
+    """Name the given value of each state that belongs to one port, or is declared.
 
-    It is the parameter that gives the value, else the value itself. Empty for zeros and others.
+    The name is that of the parameter that gives the value, else of the value itself; empty for
+    zeros and for other states.
     """
     dag = graph.dag
     found = {state.name: (state.name, state.initial) for state in graph.states}
