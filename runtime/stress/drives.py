@@ -33,8 +33,8 @@ from bgc.ir.graph import (
     Transformer,
 )
 from bgc.record_class import dataclass
+from bgc.runtime.running.parameter_grid import Listed, Range, read_axis
 from bgc.runtime.running.parameters import Parameter
-from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown_units import Shown
 
 STEP, RTOL, TIME = "step", "rtol", "time"
@@ -262,22 +262,26 @@ def _storage_role(element: Storage) -> Role:
 def read_drive(
     text: str, units: Mapping[str, str], shown: Mapping[str, Shown] = MappingProxyType({})
 ) -> Drive:
-    """Read `NAME=LO..HI`, `NAME=LO..HI:COUNT` or `NAME=A,B,C`; BG087 for other forms.
+    """Read a range or a list of values as `bgc sweep` does (`read_axis`); BG087 for other forms.
 
     `units` are those of the parameters, `shown` those in which they are shown. A `*` in the name
-    matches any text; all matching parameters are driven together. Values may have their own
-    units; a lower end without one has that of the upper end. A range of three decades or more is
-    spaced by decades, a range from zero by decades below its upper end.
+    matches any text; all matching parameters are driven together. A range rises. Without `log` or
+    a count, one of three decades or more is spaced by decades, and one from zero by decades below
+    its upper end.
     """
-    name, equals, given = (part.strip() for part in text.partition("="))
-    if not (name and equals and given):
-        raise BgError([not_a_drive(text)])
+    name = text.partition("=")[0].strip()
     members = _matching(name, units) if "*" in name else ()
     if "*" in name and not members:
         raise BgError([not_a_drive(text)])
     one = members[0] if members else name
     unit = _UNITS.get(name, units.get(one, ""))
-    values = _values(text, name, given, unit)
+    axis = read_axis(text, lambda _: unit, not_a_drive)
+    if isinstance(axis, Listed):
+        values = axis.numbers
+    elif axis.low < axis.high and axis.count != 1:
+        values = _spread(axis)
+    else:
+        raise BgError([not_a_drive(text, "a range rises, in 2 values or more")])
     return Drive(name, unit, "", values, members, written=shown.get(one))
 
 
@@ -286,27 +290,14 @@ def _matching(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in names if form.fullmatch(name))
 
 
-def _values(text: str, name: str, given: str, unit: str) -> tuple[float, ...]:
-    if ".." not in given:
-        return tuple(read_quantity(part.strip(), name, unit) for part in given.split(","))
-    low_text, _, rest = given.partition("..")
-    high_text, _, count_text = rest.partition(":")
-    low_text, high_text = low_text.strip(), high_text.strip()
-    if " " not in low_text:
-        low_text = f"{low_text} {high_text.partition(' ')[2]}".strip()
-    low, high = (read_quantity(part, name, unit) for part in (low_text, high_text))
-    count = int(count_text) if count_text.strip().isdecimal() else None
-    if not low < high or (count_text and (count is None or count < 2)):
-        raise BgError([not_a_drive(text)])
-    return _spread(low, high, count)
-
-
-def _spread(low: float, high: float, count: int | None) -> tuple[float, ...]:
-    if low == 0 and count is None:
+def _spread(axis: Range) -> tuple[float, ...]:
+    """Space the values of a range."""
+    low, high, count = axis.low, axis.high, axis.count
+    if low == 0 and not count:
         return (0.0, *(high * 10.0**-k for k in range(6, -1, -1)))
     decades = math.log10(high) - math.log10(low) if low > 0 else 0.0
-    if decades >= _DECADES:
-        number = count or min(round(decades) + 1, _MOST_RANGE_VALUES)
+    if axis.log or decades >= _DECADES:
+        number = count or min(max(round(decades) + 1, 2), _MOST_RANGE_VALUES)
         exponents = np.linspace(math.log10(low), math.log10(high), number)
         return tuple(float(f"{10.0**x:.12g}") for x in exponents)
     return tuple(np.linspace(low, high, count or _EVEN).tolist())

@@ -47,7 +47,7 @@ class SeaStates:
         for role in ("heading", "period", "height", "seed"):
             text = getattr(self, role)
             if text is not None:
-                found[role] = read_axis(text, model.parameters)
+                found[role] = read_axis(text, model.parameters.unit_of)
         for role in ("period", "height"):
             if role not in found or not (np.diff(found[role].values()) > 0).all():
                 raise BgError([bad_range(str(getattr(self, role)))])

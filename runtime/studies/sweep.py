@@ -96,11 +96,11 @@ def check_reports(model: LoadedModel, chosen: Design, kind: str | None, rank: bo
 def read_axes(vary: Vary, parameters: Parameters) -> list[Axis]:
     """Read the axes of a sweep from texts, or from a mapping of texts and lists."""
     if not isinstance(vary, Mapping):
-        return [read_axis(text, parameters) for text in vary]
+        return [read_axis(text, parameters.unit_of) for text in vary]
     axes: list[Axis] = []
     for name, value in vary.items():
         if isinstance(value, str):
-            axes.append(read_axis(f"{name}={value}", parameters))
+            axes.append(read_axis(f"{name}={value}", parameters.unit_of))
         else:
             listed = np.atleast_1d(np.asarray(value, dtype=object))
             numbers = (_number(each, name, parameters) for each in listed)

@@ -140,10 +140,10 @@ def test_statistics_ignore_what_is_not_finite():
 
 def test_lists_logarithms_and_cases_make_points(model, tmp_path):
     p = model.parameters
-    assert read_axis("mass=1, 2 t, 500 g", p) == Listed("mass", (1e-3, 2000, 0.5))
-    assert read_axis("k=1..100 N/m:3 log", p) == Range("k", 1, 100, 3, True)
+    assert read_axis("mass=1, 2 t, 500 g", p.unit_of) == Listed("mass", (1e-3, 2000, 0.5))
+    assert read_axis("k=1..100 N/m:3 log", p.unit_of) == Range("k", 1, 100, 3, True)
     with pytest.raises(BgError, match=r"BG743: .* ends above 0"):
-        read_axis("k=0..100 N/m:3 log", p)
+        read_axis("k=0..100 N/m:3 log", p.unit_of)
     table = tmp_path / "cases.csv"
     table.write_text("# measured\nmass [g], k\n500, 3\n700, 4\n")
     cases = read_cases(table, p)

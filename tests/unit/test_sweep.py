@@ -13,7 +13,7 @@ from model_files import model_text
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis, read_range
+from bgc.runtime.running.parameter_grid import Listed, Range, points, read_axis
 from bgc.runtime.running.parameters import Parameters
 
 TEXT = model_text("sweep")
@@ -32,18 +32,23 @@ def parameters(file: Path) -> Parameters:
 
 
 def test_a_unit_at_the_end_is_for_both_and_each_may_have_its_own(parameters: Parameters) -> None:
-    assert read_range("mass=2..5 kg:4", parameters) == Range("mass", 2, 5, 4)
-    assert read_axis("mass=2, 0.005 t", parameters) == Listed("mass", (2000.0, 5.0))
-    assert read_axis("mass = 2 t", parameters) == Listed("mass", (2000.0,))
-    assert read_range("mass = 200 g .. 0.005 t : 3", parameters) == Range("mass", 0.2, 5, 3)
-    assert read_range("mass=2..5", parameters) == Range("mass", 2, 5)
+    for text, axis in (
+        ("mass=2..5 kg:4", Range("mass", 2, 5, 4)),
+        ("mass=2, 0.005 t", Listed("mass", (2000.0, 5.0))),
+        ("mass = 2 t", Listed("mass", (2000.0,))),
+        ("mass = 200 g .. 0.005 t : 3", Range("mass", 0.2, 5, 3)),
+        ("mass=2..5", Range("mass", 2, 5)),
+    ):
+        assert read_axis(text, parameters.unit_of) == axis
+    assert len(Range("mass", 2, 5).values()) == 10
 
 
 @pytest.mark.parametrize(
     ("text", "code"),
     [
         ("mass", "BG743"),
-        ("mass=2", "BG743"),
+        ("mass=2,", "BG743"),
+        ("mass=2:3", "BG743"),
         ("mass=2..", "BG743"),
         ("mass=2..3:0", "BG743"),
         ("mass=2..3:x", "BG743"),
@@ -56,7 +61,7 @@ def test_a_unit_at_the_end_is_for_both_and_each_may_have_its_own(parameters: Par
 )
 def test_what_is_no_range_is_refused(parameters: Parameters, text: str, code: str) -> None:
     with pytest.raises(BgError) as caught:
-        read_range(text, parameters)
+        read_axis(text, parameters.unit_of)
     assert [d.code for d in caught.value.diagnostics] == [code]
 
 

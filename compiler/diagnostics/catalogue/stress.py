@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import error
+from bgc.diagnostics.catalogue import Values, error
 
 
 @error(
-    "BG087: `{text}` is not a valid `--drive`",
+    "BG087: `{text}` is not a valid `--drive`{why}",
     "write NAME=LOW..HIGH, NAME=LOW..HIGH:COUNT or NAME=VALUE, VALUE",
 )
-def not_a_drive(text: str) -> None: ...
+def not_a_drive(text: str, reason: str = "") -> Values:
+    return {"why": f": {reason}" if reason else ""}
+
+
 @error(
     "BG088: {scene:scene} observes nothing that can be judged", "add `observe NAME;` to the scene"
 )
