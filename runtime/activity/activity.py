@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from pathlib import Path
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.stress import nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.elaboration.scenes.variants import Change, with_changes
+from bgc.elaboration.scenes.variants import Change
 from bgc.emission.operation_cost import Cost, cost_of
 from bgc.language.solver import Solver
-from bgc.options import Options
 from bgc.record_class import dataclass
 from bgc.runtime.activity.powers import Activity, activities, metered_model
-from bgc.runtime.activity.simplifications import Candidate, keep_variants, possible_changes
+from bgc.runtime.activity.simplifications import Candidate, open_variants, possible_changes
 from bgc.runtime.measuring.instants import Instants, instants_of
 from bgc.runtime.measuring.judging import Accuracy, duration_of, worst_error
+from bgc.runtime.measuring.session import Session, changed_model
 from bgc.runtime.measuring.timed_run import Budget, Run, completed, reason_of, timed_run
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import choose_method
@@ -132,20 +130,26 @@ def activity_report(
     path, options = model.source_for("activities")
     method = choose_method(model.library, model.facts)
     base = compile_scene(path, options, until="lower")
-    cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))
-    accuracy = Accuracy(within, model.facts.requirements)
-    session = _Session(
-        path, options, method, instants_of(model, times, [method], budget), accuracy, cost
+    session = ActivitySession(
+        model=model,
+        duration=end,
+        accuracy=Accuracy(within, model.facts.requirements),
+        store=open_variants(model),
+        budget=clock,
+        progress=progress,
+        method=method,
+        instants=instants_of(model, times, [method], budget),
+        cost=cost_of(base.lowered),
     )
-    session.begin(model)
+    session.begin()
     metered, graph = metered_model(model)
     run = completed(timed_run(metered, method, times, accounts=False, limit=budget))
     found, spread = activities(metered, graph, times, run.rows)
     candidates = possible_changes(base.package, base.graph, found, negligible)
     trials: list[Trial] = []
     for candidate in tracked(candidates, progress, "trying", " changes"):
-        if clock.left < 0:
+        if session.left < 0:
             break
         trials.append(session.tried((candidate,)))
     report = ActivityReport(
@@ -154,14 +158,14 @@ def activity_report(
         duration=end,
         activities=found,
         spread=spread,
-        cost=cost,
+        cost=session.cost,
         trials=tuple(trials),
         together=session.together(trials),
-        limit=accuracy.limit,
-        required=accuracy.required,
+        limit=session.accuracy.limit,
+        required=session.accuracy.required,
         left=len(candidates) - len(trials),
     )
-    keep_variants(model, report.variants)
+    session.store.keep(report.variants)
     return report
 
 
@@ -171,22 +175,22 @@ def _saves(trial: Trial, base: Cost) -> bool:
     return found is not None and found.operations(1, 1, 1, 1) < base.operations(1, 1, 1, 1)
 
 
-@dataclass
-class _Session:
-    """The unchanged scene, and trials compared with it."""
+@dataclass(kw_only=True)
+class ActivitySession(Session):
+    """The unchanged scene, and trials compared with it.
 
-    path: Path
-    options: Options
+    `cost` is that of the scene, which `method` runs to `instants`.
+    """
+
     method: Solver
     instants: Instants
-    accuracy: Accuracy
     cost: Cost
 
-    def begin(self, model: LoadedModel) -> None:
+    def begin(self) -> None:
         """Run the unchanged scene; BG089 if it does not run."""
-        self._names = [variable.name for variable in model.measured]
-        self._base = completed(self._timed(model, 600.0))
-        self._quantities = self.accuracy.quantities(model, self._base.rows)
+        self._names = [variable.name for variable in self.model.measured]
+        self._base = completed(self._timed(self.model, 600.0))
+        self._quantities = self.accuracy.quantities(self.model, self._base.rows)
 
     def _timed(self, model: LoadedModel, limit: float) -> Run:
         """Run a few times; return a run with the median time."""
@@ -204,10 +208,9 @@ class _Session:
         """Run the scene with changes, and compare."""
         changes = tuple(candidate.change for candidate in candidates)
         activity = sum(candidate.activity for candidate in candidates)
-        options = with_changes(self.options, changes)
         try:
-            cost = cost_of(compile_scene(self.path, options, until="lower").lowered)
-            model = load_model(self.path, options)
+            model = changed_model(self.model, changes)
+            cost = cost_of(compile_scene(*model.source_for("costs"), until="lower").lowered)
         except BgError as problem:
             return Trial(changes, activity, refused=reason_of(problem))
         if [variable.name for variable in model.measured] != self._names:

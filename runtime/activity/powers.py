@@ -43,7 +43,9 @@ def metered_model(model: LoadedModel) -> tuple[LoadedModel, FlatGraph]:
     Parts that the scene does without are compiled too, since their powers are observed.
     """
     stages = compile_scene(*model.source_for("powers"), prepare=_metered)
-    return LoadedModel(stages.built, model.folder), stages.graph
+    metered = LoadedModel(stages.built, model.folder)
+    metered.parameters.take(model.parameters)
+    return metered, stages.graph
 
 
 def _metered(graph: FlatGraph) -> FlatGraph:

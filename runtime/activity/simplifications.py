@@ -89,15 +89,11 @@ def _holders(
 # --- kept for `bgc trade` ---------------------------------------------------------------------
 
 
-def keep_variants(model: LoadedModel, variants: tuple[tuple[Change, ...], ...]) -> None:
-    """Keep the variants that were found for a scene with its present parameters."""
-    _store(model).keep(variants)
+def open_variants(model: LoadedModel) -> Store:
+    """The store of the variants that were found for a scene with its present parameters."""
+    return open_store(model, "activity", model.facts.requirements)
 
 
 def stored_variants(model: LoadedModel) -> tuple[tuple[Change, ...], ...] | None:
     """Read the variants that were kept; None if the scene in this form was not examined."""
-    return _store(model).read(tuple[tuple[Change, ...], ...])
-
-
-def _store(model: LoadedModel) -> Store:
-    return open_store(model, "activity", model.facts.requirements)
+    return open_variants(model).read(tuple[tuple[Change, ...], ...])

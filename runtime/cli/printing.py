@@ -50,7 +50,10 @@ def printable(text: str) -> str:
     return _NOT_UTF8.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
 
 
-def attempt(run: Callable[[], Any], interrupted: str = "") -> tuple[Any, int]:
+MEASUREMENTS_KEPT = "interrupted; measurements are kept: the same command continues"
+
+
+def attempt(run: Callable[[], Any], interrupted: str = "interrupted") -> tuple[Any, int]:
     """Call a function that runs models; return its result and the exit status.
 
     Where a run fails, or Ctrl-C ends it, say why, and return what the error holds as its result.

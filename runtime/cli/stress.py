@@ -11,7 +11,14 @@ from bgc.runtime.cli.options import (
     SceneOptions,
     option_of,
 )
-from bgc.runtime.cli.printing import AT_FAULT, print_tables, print_text, print_written
+from bgc.runtime.cli.printing import (
+    AT_FAULT,
+    MEASUREMENTS_KEPT,
+    attempt,
+    print_tables,
+    print_text,
+    print_written,
+)
 from bgc.runtime.stress.stress import stress as stress_map
 from bgc.runtime.stress.stress_tables import as_json, summary, tables, write_csv
 
@@ -52,18 +59,22 @@ def stress(
     without an error or a warning.
     """
     require(not grid or len(drives) == 2, "--grid takes two --drive")
-    found = stress_map(
-        scene.model(quiet),
-        drives,
-        grid=grid,
-        solver=solver,
-        rtol=rtol,
-        step=step,
-        duration=duration,
-        within=within,
-        budget=budget,
-        fresh=fresh,
-        progress=not quiet,
+    model = scene.model(quiet)
+    found, _ = attempt(
+        lambda: stress_map(
+            model,
+            drives,
+            grid=grid,
+            solver=solver,
+            rtol=rtol,
+            step=step,
+            duration=duration,
+            within=within,
+            budget=budget,
+            fresh=fresh,
+            progress=not quiet,
+        ),
+        MEASUREMENTS_KEPT,
     )
     if json:
         print_text(as_json(found))

@@ -6,6 +6,7 @@ from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.runtime.cli.command import Pair, Target, Values, command, option
 from bgc.runtime.cli.options import PICTURE, SECONDS, TABLE, Duration, SceneOptions
 from bgc.runtime.cli.printing import (
+    MEASUREMENTS_KEPT,
     attempt,
     print_sentence,
     print_tables,
@@ -96,7 +97,7 @@ def trade(
             fresh=fresh,
             progress=not quiet,
         ),
-        "interrupted; measurements are kept: the same command continues",
+        MEASUREMENTS_KEPT,
     )
     save(found, out, plot, html)
     if not quiet:

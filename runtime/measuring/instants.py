@@ -22,6 +22,7 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.structures import Status
+from bgc.runtime.running.subtolerance import Probe, is_repeatable
 
 _MOST_INSTANTS = 20_000  # besides the rows
 _MOST_VALUES = 4_000_000  # of all columns at them
@@ -63,6 +64,15 @@ class Instants:
     def run(self, model: LoadedModel, method: Solver, **limits: Any) -> Run:
         """Run a model to all instants, with the steps of a run to the rows; see `timed_run`."""
         return timed_run(model, self.capped(model, method), self.times, **limits)
+
+    def probe(self, model: LoadedModel, method: Solver, run: Run) -> Probe | None:
+        """A probe of the states of a run that fell below their tolerance.
+
+        None where there are none, or where the run cannot be repeated.
+        """
+        if not run.subtolerance or not is_repeatable(model):
+            return None
+        return Probe(model, self.capped(model, method), self.times)
 
     def errors(self, values: Array, reference: Array) -> tuple[float, ...]:
         """The largest absolute difference of each column of two runs, (n, m), in its unit."""

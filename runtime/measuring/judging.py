@@ -85,16 +85,6 @@ def combined(errors: Sequence[float], quantities: Sequence[Quantity]) -> float:
     return error / quantity.scale
 
 
-METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")
-"""Methods of references; those that come first complete most runs."""
-
-RTOLS = (1e-8, 1e-10, 1e-12)
-"""Tolerances of references, each tried where the one before is not enough."""
-
-AT_THE_REFERENCE = 3.0
-"""Times the accuracy of a reference: smaller errors may be its own."""
-
-
 @dataclass(frozen=True, slots=True)
 class Accuracy:
     """The acceptable error: the `requirements` of a scene, or else `within`, a part of the range.

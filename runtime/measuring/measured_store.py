@@ -70,9 +70,15 @@ class Store:
         return self.folder / "rows" / f"{digest_of(map(repr, key))}.json"
 
 
-def open_store(model: LoadedModel, *facts: object) -> Store:
-    """The store of a study of a model with its present parameters, which depends on the facts."""
-    return Store(open_cache().root / study_folder(model, {}, *facts))
+def open_store(model: LoadedModel, *facts: object, fresh: bool = False) -> Store:
+    """The store of a study of a model with its present parameters, which depends on the facts.
+
+    With `fresh` it is empty.
+    """
+    store = Store(open_cache().root / study_folder(model, {}, *facts))
+    if fresh:
+        store.clear()
+    return store
 
 
 def _written_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:

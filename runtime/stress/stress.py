@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,11 +14,11 @@ from bgc.language.methods import default_method
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, field, replace
 from bgc.runtime.measuring.judging import Accuracy, duration_of
-from bgc.runtime.measuring.measured_store import Store, open_store
+from bgc.runtime.measuring.measured_store import open_store
+from bgc.runtime.measuring.session import Session, changed_model
 from bgc.runtime.measuring.timed_run import Budget, completed, reason_of, timed_run
 from bgc.runtime.running.arguments import read_solver
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.progress import tracked
 from bgc.runtime.running.run import choose_method
 from bgc.runtime.stress.drives import (
@@ -148,24 +147,26 @@ def stress(
     clock = Budget(budget)
     by_scene = within is None
     tolerance = Accuracy(WITHIN if within is None else within, model.facts.requirements * by_scene)
-    store = open_store(model, "stress", method, tolerance, duration)
-    if fresh:
-        store.clear()
-    nominal = store.read(Nominal)
-    if nominal is None:
-        nominal = _nominal(model, method, full, budget, shortened=not duration)
-        store.keep(nominal)
-    session = _Session(model, method, full, tolerance, store, nominal)
+    session = StressSession(
+        model=model,
+        duration=full,
+        accuracy=tolerance,
+        store=open_store(model, "stress", method, tolerance, duration, fresh=fresh),
+        budget=clock,
+        progress=progress,
+        method=method,
+    )
+    points: list[Point] = []
+    needed = 0.0
+    session.begin(shortened=not duration)
     wanted = session.drives(drives)
     if grid and len(wanted) != 2:
         raise ValueError("a grid takes two drives")
     plan = _grid(wanted) if grid else _in_order(wanted)
-    points: list[Point] = []
-    needed = 0.0
     for settings in tracked(plan, progress, "driving", " points"):
-        left, takes = clock.left, session.seconds(settings)
-        if not points or takes == 0 or left > (0 if drives else takes):
-            points.append(session.point(settings, left))
+        takes = session.seconds(settings)
+        if not points or takes == 0 or session.left > (0 if drives else takes):
+            points.append(session.point(settings))
         else:
             needed = max(needed, takes)
     written = {(drive.name, x): k for drive in wanted for k, x in enumerate(drive.values)}
@@ -232,33 +233,30 @@ class Nominal:
     part: float
 
 
-def _nominal(
-    model: LoadedModel, method: Solver, duration: float, budget: float, *, shortened: bool
-) -> Nominal:
-    """Run the unchanged scene, of which a part is run where `shortened`; BG089 if it does not."""
-    times = np.array([0.0, duration])
-    run = completed(timed_run(model, method, times, accounts=False, limit=budget))
-    part = _portion(run.seconds, budget) if shortened else 1.0
-    return Nominal(run.seconds / duration, max(run.counts["steps"], 1.0) / duration, part)
+@dataclass(kw_only=True)
+class StressSession(Session):
+    """Runs points of one model, and keeps the references that several share.
 
+    A run takes `duration` seconds of the scene, or less: the part of its nominal run.
+    """
 
-@dataclass
-class _Session:
-    """Runs points of one model, and keeps the references that several share."""
-
-    model: LoadedModel
     method: Solver
-    whole: float
-    tolerance: Accuracy
-    store: Store
-    nominal: Nominal
+    _nominal: Nominal = field(init=False)
     _driven: dict[str, Drive] = field(default_factory=dict)
     _references: dict[Settings, References] = field(default_factory=dict)
 
-    @property
-    def duration(self) -> float:
-        """The seconds that are run of the `whole` scene."""
-        return self.nominal.part * self.whole
+    def begin(self, *, shortened: bool) -> None:
+        """Run the unchanged scene, of which a part is run where `shortened`; BG089 if it fails."""
+        whole, budget = self.duration, self.budget.seconds
+
+        def nominal() -> Nominal:
+            times = np.array([0.0, whole])
+            run = completed(timed_run(self.model, self.method, times, accounts=False, limit=budget))
+            part = _portion(run.seconds, budget) if shortened else 1.0
+            return Nominal(run.seconds / whole, max(run.counts["steps"], 1.0) / whole, part)
+
+        self._nominal = self.kept(Nominal, nominal)
+        self.duration = self._nominal.part * whole
 
     def drives(self, texts: Iterable[str]) -> tuple[Drive, ...]:
         """Read the requested drives, or list all of the model."""
@@ -292,21 +290,22 @@ class _Session:
         end = self._end(settings)
         if self.store.read(Judgement, settings, end) is not None:
             return 0.0
-        return _RUNS * self.nominal.cost * (end if self._keeps_pace else min(end, self.duration))
+        return _RUNS * self._nominal.cost * (end if self._keeps_pace else min(end, self.duration))
 
-    def point(self, settings: Settings, left: float) -> Point:
-        """Judge settings in the remaining time, s, or return the stored judgement."""
+    def point(self, settings: Settings) -> Point:
+        """Judge settings in the remaining time, or return the stored judgement."""
         end = self._end(settings)
-        known = self.store.read(Judgement, settings, end)
-        if known is None:
-            limit = self._limit(max(end, self.duration))
-            within = (
-                limit if self._keeps_pace else min(limit, max(self._limit(self.duration), left))
-            )
-            known = self._judged(settings, end, within)
-            if known.verdict is not Verdict.SLOW or within == limit:
-                self.store.keep(known, settings, end)
-        return Point(settings, end, known)
+        most = within = self._limit(max(end, self.duration))
+        if not self._keeps_pace:
+            within = min(most, max(self._limit(self.duration), self.left))
+        judgement = self.kept(
+            Judgement,
+            lambda: self._judged(settings, end, within),
+            settings,
+            end,
+            final=lambda found: found.verdict is not Verdict.SLOW or within == most,
+        )
+        return Point(settings, end, judgement)
 
     @property
     def _keeps_pace(self) -> bool:
@@ -321,12 +320,12 @@ class _Session:
         if STEP not in values:
             return self.duration
         seconds = _SHORT_STEPS_SHARE * self._limit(self.duration)
-        steps = seconds * self.nominal.density / max(self.nominal.cost, 1e-12)
+        steps = seconds * self._nominal.density / max(self._nominal.cost, 1e-12)
         return min(self.duration, float(f"{steps * values[STEP]:.1g}"))
 
     def _limit(self, end: float) -> float:
         """Limit the time of a run, s."""
-        return max(_AT_LEAST, _PATIENCE * self.nominal.cost * end)
+        return max(_AT_LEAST, _PATIENCE * self._nominal.cost * end)
 
     def _judged(self, settings: Settings, end: float, limit: float) -> Judgement:
         values = {
@@ -341,7 +340,7 @@ class _Session:
         key = *values.items(), (TIME, end)
         references = self._references.setdefault(key, References())
         with np.errstate(all="ignore"):
-            judgement = judge(model, method, times, self.tolerance, limit, references)
+            judgement = judge(model, method, times, self.accuracy, limit, references)
         for name in values:
             if name in model.parameters:
                 del model.parameters[name]
@@ -354,9 +353,7 @@ class _Session:
             for name, value in values.items():
                 model.parameters[name] = value
             return model
-        path, options = model.source_for("constants")
-        given: dict[str, Any] = {**dict(options.overrides), **values}
-        return load_model(path, replace(options, overrides=(), strict=False, preview=False), given)
+        return changed_model(model, values=values)
 
     def _method_with(self, values: Mapping[str, float]) -> Solver:
         """Change the step or tolerance of the method; its kind's default method if it has none."""

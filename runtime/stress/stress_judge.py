@@ -9,20 +9,20 @@ import numpy as np
 
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, field, replace
-from bgc.runtime.measuring.instants import Instants, instants_of, only_rows
-from bgc.runtime.measuring.judging import (
+from bgc.runtime.measuring.agreement import (
     AT_THE_REFERENCE,
     METHODS,
     RTOLS,
-    Accuracy,
-    combined,
-    quantities_of,
+    Agreement,
+    agreements,
 )
+from bgc.runtime.measuring.instants import Instants, instants_of, only_rows
+from bgc.runtime.measuring.judging import Accuracy, combined, quantities_of
 from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.subtolerance import Probe, is_repeatable, observed_scales
+from bgc.runtime.running.subtolerance import observed_scales
 from bgc.runtime.stress.unresolved_modes import ringing_at_start
 
 WRONG = 0.1  # of the range: larger errors make a number useless
@@ -81,21 +81,7 @@ class References:
 
     instants: Instants | None = None
     runs: dict[tuple[str, float], Run] = field(default_factory=dict)
-    agreed: Agreement | None = None
     moved: Run | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Agreement:
-    """Rows on which two methods agree to `accuracy`; None if there are none.
-
-    `run` is the one whose rows they are, by `method`.
-    """
-
-    rows: Array | None
-    accuracy: float
-    method: Solver | None = None
-    run: Run | None = None
 
 
 def judge(
@@ -145,8 +131,8 @@ class Judge:
         """
         residual, warned = self._balance(run)
         rows = run.rows[:, : len(self.model.measured)]
-        name = _METHODS[method.name == _METHODS[0]]
-        other, by = self._solved(name, _RTOLS[0]), Solver(name, rtol=_RTOLS[0])
+        by = Solver(_METHODS[method.name == _METHODS[0]], rtol=_RTOLS[0])
+        other = self._solved(by)
         if other.status == "done":
             error = self._error(rows, other.rows)
             if self._is_acceptable(rows, other.rows, error):
@@ -159,19 +145,17 @@ class Judge:
     ) -> Judgement:
         """Judge by rows on which two other methods agree."""
         known = self._agreed()
-        if known.rows is None:
+        if known is None:
             message = "no two methods complete the run at a tight tolerance"
             return Judgement(Verdict.UNJUDGED, residual=residual, message=message)
-        error = self._error(rows, known.rows)
+        error = self._error(rows, known.run.rows)
         # A reference worse than the acceptable error only shows larger errors than its own.
         if known.accuracy > self.tolerance.within and error <= AT_THE_REFERENCE * known.accuracy:
-            assert known.run is not None
-            rings = self._unless_ringing(error, residual, known.rows, known.run.counts["steps"])
+            rings = self._unless_ringing(error, residual, known.run)
             message = rings.message or f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
-        if self._is_acceptable(rows, known.rows, error):
-            assert known.run is not None and known.method is not None
-            return self._unless_doubtful(error, residual, known.run, known.method)
+        if self._is_acceptable(rows, known.run.rows, error):
+            return self._unless_doubtful(error, residual, known.run, known.by)
         rtol = 0.0 if method.fixed else method.rtol or DEFAULT_RTOL
         if error <= max(WRONG, min(1.0, _OF_TOLERANCE * rtol)):
             return Judgement(Verdict.DEGRADED, error, residual)
@@ -201,26 +185,24 @@ class Judge:
             away = at_rows._error(moved.rows[rows], reference.rows[rows])
             if not at_rows._is_acceptable(moved.rows[rows], reference.rows[rows], away):
                 return Judgement(Verdict.UNJUDGED, error, residual, _MOVED)
-        return self._unless_ringing(error, residual, reference.rows, reference.counts["steps"])
+        return self._unless_ringing(error, residual, reference)
 
     def _depends_on_rounding(self, run: Run, method: Solver) -> float:
         """Measure how far shifts of states below their tolerance move a run, relative to ranges."""
-        if not run.subtolerance or not is_repeatable(self.model):
+        probe = self.instants.probe(self.model, method, run)
+        if probe is None:
             return 0.0
-        by = self.instants.capped(self.model, method)
-        probe = Probe(self.model, by, self.instants.times)
         return probe.change(run.rows, run.subtolerance, run.counts["scale_reached"])
 
-    def _unless_ringing(
-        self, error: float, residual: float | None, reference: Array, steps: float
-    ) -> Judgement:
+    def _unless_ringing(self, error: float, residual: float | None, reference: Run) -> Judgement:
         """Let a run hold, unless all methods missed a lasting and observable oscillation."""
+        rows, steps = reference.rows, reference.counts["steps"]
         duration = self._duration
         interval = duration / (len(self.instants.rows) - 1)
         for mode in ringing_at_start(self.model, duration):
             if mode.seconds < interval or steps >= _STEPS_PER_PERIOD * mode.periods:
                 continue
-            missed = self._error(reference + mode.amplitude, reference)
+            missed = self._error(rows + mode.amplitude, rows)
             if missed > self.tolerance.within:
                 message = (
                     f"it rings at {mode.frequency:.2g} Hz for {mode.seconds:.2g} s, which no "
@@ -229,34 +211,22 @@ class Judge:
                 return Judgement(Verdict.UNJUDGED, error, residual, message)
         return Judgement(Verdict.HOLDS, error, residual)
 
-    def _agreed(self) -> Agreement:
-        """Find rows on which two methods agree to a tenth of the acceptable error, or at best."""
-        if self.references.agreed is None:
-            self.references.agreed = self._agreement()
-        return self.references.agreed
-
-    def _agreement(self) -> Agreement:
-        best = Agreement(None, math.inf)
-        for rtol in _RTOLS:
-            found: list[tuple[Solver, Run]] = []
-            for name in _METHODS:
-                run = self._solved(name, rtol)
-                if run.status != "done":
-                    continue
-                for by, other in found:
-                    accuracy = self._error(run.rows, other.rows)
-                    if accuracy < best.accuracy:
-                        best = Agreement(other.rows, accuracy, by, other)
-                if best.accuracy <= _AGREED * self.tolerance.within:
-                    return best
-                found.append((Solver(name, rtol=rtol), run))
+    def _agreed(self) -> Agreement | None:
+        """Find runs that agree to a tenth of the acceptable error, or at best; None without any."""
+        best: Agreement | None = None
+        found = agreements(self._solved, self._error, _METHODS, _RTOLS, at_once=len(_METHODS))
+        for agreement in found:
+            if agreement.accuracy < (best.accuracy if best is not None else math.inf):
+                best = agreement
+            if best is not None and best.accuracy <= _AGREED * self.tolerance.within:
+                break
         return best
 
-    def _solved(self, name: str, rtol: float) -> Run:
+    def _solved(self, by: Solver) -> Run:
         """Return a run at a tight tolerance, kept for further points."""
-        key = name, rtol
+        key = by.name, by.rtol
         if key not in self.references.runs:
-            self.references.runs[key] = self.run(Solver(name, rtol=rtol))
+            self.references.runs[key] = self.run(by)
         return self.references.runs[key]
 
     @property
@@ -285,8 +255,8 @@ class Judge:
         longest = self._duration / _SHORT_STEPS
         for name in _METHODS[1:]:
             run = self.run(Solver(name, rtol=_RTOLS[-1], max_step=longest))
-            if run.status == "done" and reference.rows is not None:
-                error = self._error(run.rows, reference.rows)
+            if run.status == "done":
+                error = self._error(run.rows, reference.run.rows)
                 return error <= max(self.tolerance.within, AT_THE_REFERENCE * reference.accuracy)
         return False
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 
 from bgc.language.column_names import name_in_si, vector_of
 from bgc.record_class import dataclass
-from bgc.runtime.measuring.judging import AT_THE_REFERENCE, Quantity, combined, worst_error
+from bgc.runtime.measuring.agreement import AT_THE_REFERENCE
+from bgc.runtime.measuring.judging import Quantity, combined, worst_error
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement

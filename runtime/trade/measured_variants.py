@@ -16,20 +16,20 @@ from bgc.language.methods import METHODS
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.simplifications import stored_variants
+from bgc.runtime.measuring.session import changed_model
 from bgc.runtime.measuring.timed_run import reason_of
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.trade.configurations import Configuration, Variant
 from bgc.runtime.trade.judge import Target, front
-from bgc.runtime.trade.measurement import OUT_OF_BUDGET, REFUSED, Measurement
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, REFUSED, SKIPPED, Measurement
 from bgc.runtime.trade.reference_solution import Reference
-from bgc.runtime.trade.trade_session import Session
+from bgc.runtime.trade.trade_session import TradeSession
 
 ALL, ACTIVITY = "all", "activity"
 _ACTIVITY_SHARE = 0.25  # of the budget, to find simplifications of the scene
 
 
-def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant, ...]:
+def chosen_variants(session: TradeSession, patterns: Sequence[str]) -> tuple[Variant, ...]:
     """Choose variants by the patterns that a user gives.
 
     `crane.elbow.lock` is one slot, and `all` each slot by itself. A pattern with `*` fills all
@@ -91,7 +91,7 @@ def _matching(pattern: str, by_slot: dict[str, list[str]]) -> list[Variant]:
     return [tuple(Change(slot, type_) for slot in slots) for type_ in common]
 
 
-def _simplifications(session: Session) -> tuple[Variant, ...]:
+def _simplifications(session: TradeSession) -> tuple[Variant, ...]:
     """Return the stored simplifications of `bgc activity`, or find them now."""
     if (stored := stored_variants(session.model)) is not None:
         return stored
@@ -104,7 +104,7 @@ def _simplifications(session: Session) -> tuple[Variant, ...]:
 
 
 def measure_variants(
-    session: Session,
+    session: TradeSession,
     variants: Sequence[Variant],
     rows: Sequence[Measurement],
     reference: Reference,
@@ -126,12 +126,12 @@ def measure_variants(
     ]
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}
-    sessions: dict[Variant, Session] = {}
+    sessions: dict[Variant, TradeSession] = {}
     took = 0.0
     for variant in variants:
         if session.left <= took:  # compiling takes about as long as the one before
             skipped = _changed(best[:1], variant)
-            found[variant] = tuple(Measurement(one, "skipped", OUT_OF_BUDGET) for one in skipped)
+            found[variant] = tuple(Measurement(one, SKIPPED, OUT_OF_BUDGET) for one in skipped)
             continue
         before = session.left
         try:
@@ -153,11 +153,9 @@ def _changed(configurations: Sequence[Configuration], variant: Variant) -> list[
     return [replace(configuration, changes=variant) for configuration in configurations]
 
 
-def _session_of(session: Session, variant: Variant) -> Session:
+def _session_of(session: TradeSession, variant: Variant) -> TradeSession:
     """Make a session for the scene with changed lines."""
-    path, options = session.model.source_for("variants")
-    model = load_model(path, with_changes(options, variant))
-    model.parameters.take(session.model.parameters, but=[change.name for change in variant])
+    model = changed_model(session.model, variant)
     return replace(session, model=model, audited=audited(model))
 
 
@@ -165,7 +163,4 @@ def audited(model: LoadedModel) -> LoadedModel | None:
     """Load the model with energy accounts; None if it has them already or has no source."""
     if model.accounts or model.origin is None:
         return None
-    path, options = model.origin
-    found = load_model(path, replace(options, audited=True))
-    found.parameters.take(model.parameters)
-    return found
+    return changed_model(model, audited=True)

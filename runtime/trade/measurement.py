@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from bgc.record_class import dataclass, field
 from bgc.runtime.trade.configurations import Configuration
 
-DONE, FAILED, REFUSED = "done", "failed", "refused"
+DONE, FAILED, REFUSED, SKIPPED = "done", "failed", "refused", "skipped"
 OUT_OF_BUDGET = "not run: the budget was spent; the same command continues"
 
 

@@ -11,18 +11,12 @@ from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, replace
+from bgc.runtime.measuring.agreement import Agreement, agreements
 from bgc.runtime.measuring.instants import Instants
-from bgc.runtime.measuring.judging import (
-    METHODS,
-    RTOLS,
-    Quantity,
-    combined,
-    quantities_of,
-)
+from bgc.runtime.measuring.judging import Quantity, combined, quantities_of
 from bgc.runtime.measuring.timed_run import Run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.subtolerance import Probe, Subtolerance, is_repeatable
 
 _ROUNDING = 1e-12  # an agreement that no tighter tolerance improves
 _OF_REQUIRED = 0.1
@@ -71,6 +65,9 @@ def find_reference(
 ) -> Reference:
     """Tighten the tolerances of two methods as long as that improves their agreement.
 
+    Where rounding decides a state, two methods may agree on a wrong solution: a shift of states
+    that fell below their tolerance adds what it changes to the differences.
+
     Parameters
     ----------
     model
@@ -90,78 +87,63 @@ def find_reference(
         BG092: fewer than two methods complete the run.
     """
     end = time.monotonic() + seconds
-    methods = list(METHODS)  # the first two that complete the run
     reasons: list[str] = []
-    best: Reference | None = None
-    levels: list[tuple[float, tuple[float, ...]]] = []
-    for rtol in RTOLS:
-        runs: dict[str, Run] = {}
-        for name in list(methods):
-            left = end - time.monotonic()
-            # A method that does not complete the run leaves time for the next one.
-            limit = left if runs or best is not None else left / 2
-            run = solve(Solver(name, rtol=rtol), limit)
-            if run.status == "done":
-                runs[name] = run
-            elif best is None:
-                methods.remove(name)
-                reasons.append(f"{name}: {run.message}")
-            if len(runs) == 2 or (best is not None and run.status != "done"):
-                break
-        if len(runs) < 2:
-            break
-        methods = list(runs)
-        found = _compared(model, requirements, instants, runs, rtol)
-        levels.append((rtol, found.agreement))
-        best = found if best is None or found.accuracy < best.accuracy else best
+    completed = False
+
+    def timed(method: Solver) -> Run:
+        nonlocal completed
+        # A method that does not complete the run leaves time for the next one.
+        left = end - time.monotonic()
+        run = solve(method, left if completed else left / 2)
+        if run.status == "done":
+            completed = True
+        else:
+            reasons.append(f"{method.name}: {run.message}")
+        return run
+
+    def error(rows: Array, reference: Array) -> float:
+        quantities = quantities_of(model.measured, reference, requirements)
+        return combined(instants.errors(rows, reference), quantities)
+
+    found: list[Agreement] = []
+    for level in agreements(timed, error):
+        found.append(level)
+        best = min(found, key=lambda level: level.accuracy)
         # The next level takes about three times as long as this one.
-        if best.accuracy < _ROUNDING or end - time.monotonic() < 6 * found.seconds:
+        if best.accuracy < _ROUNDING or end - time.monotonic() < 6 * _seconds(level):
             break
-    if best is None:
+    if not found:
         raise BgError([no_reference(reasons)])
-    return replace(best, levels=tuple(levels))
-
-
-def with_doubt(
-    model: LoadedModel,
-    requirements: Mapping[str, float],
-    reference: Reference,
-    subtolerance: Sequence[Subtolerance],
-) -> Reference:
-    """Add to the differences what a shift of states below their tolerance by it changes.
-
-    Where rounding decides a state, two methods may agree on a wrong solution. `subtolerance` are
-    the states of the first method's run that fell below their tolerance.
-    """
-    if not subtolerance or not is_repeatable(model):
-        return reference
-    instants, agreement = reference.instants, reference.agreement
-    by = instants.capped(model, Solver(reference.methods[0], rtol=reference.rtol))
-    for shifted in Probe(model, by, instants.times).shifted(subtolerance):
-        moved = np.nan_to_num(instants.errors(shifted, reference.rows), nan=np.inf)
-        agreement = tuple(max(pair) for pair in zip(agreement, moved.tolist(), strict=True))
-    quantities = quantities_of(model.measured, reference.rows, requirements)
-    return replace(reference, agreement=agreement, accuracy=combined(agreement, quantities))
-
-
-def _compared(
-    model: LoadedModel,
-    requirements: Mapping[str, float],
-    instants: Instants,
-    runs: Mapping[str, Run],
-    rtol: float,
-) -> Reference:
-    (one, first), (other, second) = runs.items()
-    quantities: tuple[Quantity, ...] = quantities_of(model.measured, first.rows, requirements)
-    agreement = instants.errors(second.rows, first.rows)
+    levels = tuple((level.by.rtol, _differences(level, instants)) for level in found)
+    agreement = _with_doubt(model, instants, best, _differences(best, instants))
     return Reference(
-        first.rows,
+        best.run.rows,
         instants,
-        (one, other),
-        rtol,
+        (best.by.name, best.other_by.name),
+        best.by.rtol,
         agreement,
-        combined(agreement, quantities),
-        (),
-        max(first.seconds, second.seconds),
+        combined(agreement, quantities_of(model.measured, best.run.rows, requirements)),
+        levels,
+        _seconds(best),
         bool(requirements),
     )
+
+
+def _seconds(level: Agreement) -> float:
+    return max(level.run.seconds, level.other.seconds)
+
+
+def _differences(level: Agreement, instants: Instants) -> tuple[float, ...]:
+    return instants.errors(level.other.rows, level.run.rows)
+
+
+def _with_doubt(
+    model: LoadedModel, instants: Instants, best: Agreement, differences: tuple[float, ...]
+) -> tuple[float, ...]:
+    """Add to differences what a shift of states below their tolerance by it changes."""
+    run = best.run
+    probe = instants.probe(model, best.by, run)
+    for shifted in probe.shifted(run.subtolerance) if probe is not None else ():
+        moved = np.nan_to_num(instants.errors(shifted, run.rows), nan=np.inf)
+        differences = tuple(max(pair) for pair in zip(differences, moved.tolist(), strict=True))
+    return differences

@@ -17,7 +17,7 @@ from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_me
 from bgc.language.solver import Solver
 from bgc.options import Options
 from bgc.printing.text_tables import Table
-from bgc.runtime.measuring.judging import duration_of
+from bgc.runtime.measuring.judging import Accuracy, duration_of
 from bgc.runtime.measuring.measured_store import open_store
 from bgc.runtime.measuring.timed_run import Budget, machine_description
 from bgc.runtime.results.html import figure_html, table_html
@@ -36,12 +36,12 @@ from bgc.runtime.trade.configurations import (
     scene_configurations,
     step_ladder,
 )
-from bgc.runtime.trade.judge import Target, judge
+from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, judge
 from bgc.runtime.trade.measured_variants import ACTIVITY, audited, chosen_variants, measure_variants
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference_solution import Reference
 from bgc.runtime.trade.trade_result import TradeResult
-from bgc.runtime.trade.trade_session import FOR_REPETITIONS, FOR_VARIANTS, Session
+from bgc.runtime.trade.trade_session import FOR_REPETITIONS, FOR_VARIANTS, TradeSession
 from bgc.runtime.trade.trade_tables import records, write_csv
 
 if TYPE_CHECKING:
@@ -174,15 +174,21 @@ def trade(
     end = duration_of(loaded, duration, nothing_to_measure)
     _check(rtols, lengths, keeps, budget, deadline, faster_than)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
-    store = open_store(loaded, end, facts.every)
-    if fresh:
-        store.clear()
-    times = row_times(end, facts.every, None, len(loaded.measured))
-    session = Session(loaded, store, times, repeats, clock, progress, audited(loaded))
+    session = TradeSession(
+        model=loaded,
+        duration=end,
+        accuracy=Accuracy(DEFAULT_ACCURACY, facts.requirements),
+        store=open_store(loaded, end, facts.every, fresh=fresh),
+        budget=clock,
+        progress=progress,
+        times=row_times(end, facts.every, None, len(loaded.measured)),
+        repeats=repeats,
+        audited=audited(loaded),
+    )
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
     target = replace(session.target(reference), faster_than=faster_than)
-    ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(lengths)
+    ladder = _ladder(session, reference) if steps is None and fixed else tuple(lengths)
     configurations = scene_configurations(
         adaptive,
         fixed,
@@ -201,16 +207,16 @@ def trade(
     complete = end == facts.duration
     best = verdict.recommended
     if complete and own_goal and reference.converged:
-        with store.noted():
+        with session.store.noted():
             method = best.configuration.method if best is not None else None
-            keep_recommendation(store.folder, loaded, method)
+            keep_recommendation(session.store.folder, loaded, method)
     warnings = _warnings(reference, target, rows, complete)
     if complete and not own_goal:
         warnings.append("the goal is not that of the scene: nothing is stored for `solver auto`")
     if ACTIVITY in variants and not others:
         warnings.append("`activity`: no simplification of the scene was found")
-    if store.problem:
-        warnings.append(f"some measurements could not be stored: {store.problem}")
+    if session.store.problem:
+        warnings.append(f"some measurements could not be stored: {session.store.problem}")
     return Trade(
         scene=facts.name or facts.model,
         model=facts.model,
@@ -300,14 +306,14 @@ def adaptive_and_fixed(
     return [name for name in chosen if name not in fixed], fixed
 
 
-def _ladder(session: Session, reference: Reference, duration: float) -> tuple[float, ...]:
+def _ladder(session: TradeSession, reference: Reference) -> tuple[float, ...]:
     """List steps around the scene's, or around the mean step of the adaptive default."""
     step = session.model.facts.step
     if step is None:
         adaptive = default_method(fixed=False)
         row = session.measured(Configuration(adaptive, rtol=_TYPICAL_RTOL), reference)
-        step = round_step(duration / max(row.counts.get("steps", 1000.0), 1.0))
-    return step_ladder(step, duration)
+        step = round_step(session.duration / max(row.counts.get("steps", 1000.0), 1.0))
+    return step_ladder(step, session.duration)
 
 
 def _warnings(

@@ -1,4 +1,4 @@
-"""Measurements of configurations within a budget; stored ones are not repeated."""
+"""The session of `bgc trade`: measurements of configurations within a budget."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable, Sequence
 
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, replace
+from bgc.runtime.measuring.agreement import METHODS, RTOLS
 from bgc.runtime.measuring.instants import instants_of
-from bgc.runtime.measuring.judging import METHODS, RTOLS, Accuracy, combined
-from bgc.runtime.measuring.measured_store import Store
-from bgc.runtime.measuring.timed_run import Budget, Run, paced_times, timed_run
+from bgc.runtime.measuring.judging import combined
+from bgc.runtime.measuring.session import Session
+from bgc.runtime.measuring.timed_run import Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.progress import ProgressBar, tracked
-from bgc.runtime.running.subtolerance import Subtolerance
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, front
-from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
-from bgc.runtime.trade.reference_solution import Reference, find_reference, with_doubt
+from bgc.runtime.trade.judge import Target, front
+from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, SKIPPED, Measurement
+from bgc.runtime.trade.reference_solution import Reference, find_reference
 
 _REFERENCE_SHARE = 0.4  # of the remaining budget, for the reference
 _INSTANTS_SHARE = 0.1  # of the remaining budget, to find where to compare
@@ -35,42 +35,23 @@ _SAME = 0.01  # relative difference of errors and step counts that are considere
 _TIME_MARGIN = 1.2  # times the time of a configuration on the front: within noise of it
 
 
-@dataclass
-class Session:
+@dataclass(kw_only=True)
+class TradeSession(Session):
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` limits the whole study; measuring leaves `reserve` s of it. `audited` is the model
-    with energy accounts, if the model itself has none.
+    Measuring leaves `reserve` s of the budget. `audited` is the model with energy accounts, if the
+    model itself has none.
     """
 
-    model: LoadedModel
-    store: Store
     times: Array
     repeats: int
-    budget: Budget
-    progress: bool = False
     audited: LoadedModel | None = None
     reserve: float = 0.0
-
-    @property
-    def left(self) -> float:
-        """Seconds of the budget that are left."""
-        return self.budget.left
 
     def reserve_share(self, share: float) -> None:
         """Reserve a share of the remaining budget."""
         self.reserve = share * self.left
-
-    @property
-    def duration(self) -> float:
-        """Seconds of the scene."""
-        return float(self.times[-1])
-
-    @property
-    def accuracy(self) -> Accuracy:
-        """The acceptable error."""
-        return Accuracy(DEFAULT_ACCURACY, self.model.facts.requirements)
 
     @property
     def _sampled(self) -> bool:
@@ -78,30 +59,25 @@ class Session:
 
     def reference(self) -> Reference:
         """Return the stored reference, rescaled to the present requirements, or a new one."""
-        if (stored := self.store.read(Reference, "reference")) is not None:
-            quantities = self.accuracy.quantities(self.model, stored.rows)
-            return stored.rescaled(quantities, self.accuracy.required)
-        requirements = dict(self.accuracy.requirements)
+        found = self.kept(Reference, self._reference, "reference")
+        quantities = self.accuracy.quantities(self.model, found.rows)
+        return found.rescaled(quantities, self.accuracy.required)
+
+    def _reference(self) -> Reference:
         self.store.clear()  # measurements against another reference
         with ProgressBar(self.duration, self.progress, "reference") as bar:
             accurate = [Solver(name, rtol=RTOLS[0]) for name in METHODS]
             limit = _INSTANTS_SHARE * self.left
             instants = instants_of(self.model, self.times, accurate, limit, bar.show)
-            subtolerance: dict[tuple[str, float], tuple[Subtolerance, ...]] = {}
 
             def solve(method: Solver, seconds: float) -> Run:
-                run = instants.run(
+                return instants.run(
                     self.model, method, accounts=False, limit=seconds, watch=bar.show
                 )
-                subtolerance[method.name, method.rtol] = run.subtolerance
-                return run
 
+            requirements = dict(self.accuracy.requirements)
             share = _REFERENCE_SHARE * self.left
-            found = find_reference(self.model, requirements, instants, solve, share)
-            doubtful = subtolerance[found.methods[0], found.rtol]
-            found = with_doubt(self.model, requirements, found, doubtful)
-        self.store.keep(found, "reference")
-        return found
+            return find_reference(self.model, requirements, instants, solve, share)
 
     def target(self, reference: Reference) -> Target:
         """Collect the demands of the scene."""
@@ -141,7 +117,7 @@ class Session:
                 if row.status == REFUSED:
                     given_up[configuration.ladder] = REFUSED, row.message
                 elif reason := _why_no_finer(row, last, target):
-                    given_up[configuration.ladder] = "skipped", reason
+                    given_up[configuration.ladder] = SKIPPED, reason
                 coarser[configuration.ladder] = row
         return tuple(rows)
 
@@ -204,17 +180,28 @@ class Session:
     ) -> Measurement:
         """Return the stored measurement of a configuration, or a new one."""
         content = self.model.facts.content
-        if (stored := self.store.read(Measurement, content, configuration)) is not None:
-            return stored
-        limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
+        return self.kept(
+            Measurement,
+            lambda: self._in_budget(configuration, reference, watch),
+            content,
+            configuration,
+            # A missing solver may be installed later.
+            final=lambda row: row.status not in (REFUSED, SKIPPED),
+        )
+
+    def _in_budget(
+        self,
+        configuration: Configuration,
+        reference: Reference,
+        watch: Callable[[float], None],
+    ) -> Measurement:
+        """Measure a configuration, unless the budget is spent before or meanwhile."""
+        skipped = Measurement(configuration, SKIPPED, OUT_OF_BUDGET)
         if self.left <= self.reserve:
-            return Measurement(configuration, "skipped", OUT_OF_BUDGET)
+            return skipped
+        limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
         found = self._measured(configuration, reference, limit, watch)
-        if found.status == "stopped" and self.left <= self.reserve:
-            return Measurement(configuration, "skipped", OUT_OF_BUDGET)
-        if found.status != REFUSED:  # a missing solver may be installed later
-            self.store.keep(found, content, configuration)
-        return found
+        return skipped if found.status == "stopped" and self.left <= self.reserve else found
 
     def _measured(
         self,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from bgc.diagnostics.catalogue.machine import nothing_to_draw
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.measuring.judging import AT_THE_REFERENCE
+from bgc.runtime.measuring.agreement import AT_THE_REFERENCE
 from bgc.runtime.results.plot import COLOURS, Target, picture
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled

@@ -115,6 +115,22 @@ def test_what_other_laws_hold_too_is_no_switch(tmp_path):
     assert [t.changes[0].statement for t in report.trials] == ["set d = 0;"]
 
 
+def test_values_that_are_set_in_the_model_are_those_of_its_changes_too(tmp_path):
+    """The current of 1 V through 100 ohm: a set value that trials lost would be off by 99 %."""
+    path = tmp_path / "set.bg"
+    path.write_text(
+        "model M { param r = 1 ohm; param d = 1e-3 ohm; push : Se(e = 1 V); loop : J1;"
+        " main : R(r); small : R(d); push -> loop; loop -> main, small; }"
+        "scene s of M { observe loop.f; require loop.f within 1 mA; run 1 s; }"
+    )
+    model = compile_model(path)
+    model.parameters["r"] = 100
+    report = activity_report(model)
+    assert report.total == pytest.approx(1 / 100.001)
+    (trial,) = report.trials
+    assert trial.error == pytest.approx((1 / 100 - 1 / 100.001) / 1e-3)
+
+
 def test_changes_that_will_do_one_by_one_but_not_together_are_given_up(tmp_path):
     """Two masses held together, each on a weak spring that takes half a per cent of their way."""
     path = tmp_path / "springs.bg"

@@ -9,7 +9,7 @@ from model_files import model_text
 
 import bgc
 from bgc.elaboration.scenes.variants import Change
-from bgc.runtime.activity.simplifications import keep_variants, stored_variants
+from bgc.runtime.activity.simplifications import open_variants, stored_variants
 from bgc.runtime.running.identity import scene_identity
 
 FOLLOWER = model_text("identity_follower")
@@ -44,7 +44,7 @@ def test_a_scene_is_the_same_as_long_as_it_would_give_the_same(path: Path) -> No
 
 def test_variants_that_were_found_are_those_of_one_motion(path: Path) -> None:
     variants = ((Change("k", "0", is_use=False),),)
-    keep_variants(bgc.compile(path), variants)
+    open_variants(bgc.compile(path)).keep(variants)
     assert stored_variants(bgc.compile(path)) == variants
     move(path.parent, 3)
     assert stored_variants(bgc.compile(path)) is None

@@ -31,6 +31,20 @@ def verdicts(found):
     return {p.settings[0][1]: p.judgement.verdict for p in found.points}
 
 
+def rows_of(study):
+    """The rows of each point that a study judges."""
+    seen = []
+
+    def spied(model, method, times, *others):
+        seen.append(timed_run(model, method, times, accounts=False, limit=60).rows)
+        return judge(model, method, times, *others)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bgc.runtime.stress.stress.judge", spied)
+        study()
+    return seen
+
+
 def test_an_explicit_method_breaks_where_its_stability_ends():
     """Undamped, |R(i h omega)| > 1 for rk4 beyond h omega = 2 sqrt 2 (Hairer, Wanner, IV.2)."""
     model = compile_model(MODELS, "undamped")
@@ -94,6 +108,11 @@ def test_a_solution_that_is_unstable_is_not_judged():
 def test_a_structural_parameter_is_compiled_for_each_value():
     model = compile_model(MODELS, "undamped")
     assert "zeta" not in model.parameters
+    model.parameters["k"] = 400
+    seen = rows_of(lambda: stress(model, ["zeta=0"]))
+    np.testing.assert_allclose(
+        seen[0][:, 0], np.cos(20 * np.linspace(0, 4, len(seen[0]))), atol=2e-3
+    )
     found = stress(model, ["zeta=0, 0.5"])
     assert {*verdicts(found).values()} == {Verdict.HOLDS}
 
@@ -157,15 +176,7 @@ def test_parameters_that_are_alike_go_together():
 def test_a_pattern_sets_all_that_it_names():
     """At k = 400 both masses swing twice as fast, so one that was left would be wrong."""
     model = compile_model(MODELS, "pair")
-    seen = []
-
-    def spied(model, method, times, *others):
-        seen.append(timed_run(model, method, times, accounts=False, limit=60).rows)
-        return judge(model, method, times, *others)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bgc.runtime.stress.stress.judge", spied)
-        stress(model, ["*.k=400 N/m"])
+    seen = rows_of(lambda: stress(model, ["*.k=400 N/m"]))
     exact = np.cos(20 * np.linspace(0, 2, len(seen[0])))
     np.testing.assert_allclose(seen[0], np.stack([exact, exact], axis=1), atol=1e-4)
 
@@ -231,10 +242,14 @@ def test_drives_are_read_with_their_units():
     assert read_drive("k=1 N/m..3 N/m:3", units).values == (1.0, 2.0, 3.0)
     assert read_drive("k=1..3 kN/m:3", units).values == (1000.0, 2000.0, 3000.0)
     assert read_drive("step=1 ms, 2 ms", {}).values == (0.001, 0.002)
+    assert read_drive("k=1, 2, 5 kN/m", units).values == (1000.0, 2000.0, 5000.0)
+    assert read_drive("k=1..4 N/m:3 log", units).values == (1.0, 2.0, 4.0)
     assert read_drive("k=0..1 N/m", units).values[0] == 0.0
 
 
-@pytest.mark.parametrize("text", ["k", "k=2..1", "k=1..2:x", "=1..2"])
+@pytest.mark.parametrize(
+    "text", ["k", "k=2..1", "k=1..2:x", "=1..2", "k=1..2:1", "k=0..2 log", "*.q=1"]
+)
 def test_what_is_no_drive_is_refused(text):
     with pytest.raises(BgError) as problem:
         read_drive(text, {"k": ""})

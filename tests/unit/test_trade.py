@@ -19,12 +19,13 @@ from trades import OSCILLATOR, codes, legend_of, quick, written
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
+from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.measured_store import open_store
 from bgc.runtime.measuring.timed_run import Budget, paced_times, timed_run
 from bgc.runtime.trade import trade_session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement
-from bgc.runtime.trade.trade_session import Session
+from bgc.runtime.trade.trade_session import TradeSession
 from bgc.runtime.trade.work_precision import _LINE_COLOURS, _MARKERS, plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
@@ -116,8 +117,15 @@ def test_the_worst_of_many_equal_periods_is_like_all_others(tmp_path: Path) -> N
 def test_nothing_is_repeated_once_the_budget_is_spent(tmp_path: Path) -> None:
     model = bgc.compile(written(tmp_path))
     times = np.linspace(0.0, 2.0, 21)
-    store = open_store(model, 2.0, None)
-    spent = Session(model, store, times, repeats=3, budget=Budget(0.0))
+    spent = TradeSession(
+        model=model,
+        duration=2.0,
+        accuracy=Accuracy(1e-3),
+        store=open_store(model, 2.0, None),
+        budget=Budget(0.0),
+        times=times,
+        repeats=3,
+    )
     row = Measurement(Configuration("ros34prw", step=1e-2), "done", cpu=1e-3, repeats=1)
     assert spent._again(row.configuration, 5) == []
     assert spent._repeated(row) is row

@@ -14,6 +14,7 @@ import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.activity.simplifications import stored_variants
 from bgc.runtime.trade.work_precision import plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
@@ -54,13 +55,10 @@ def test_what_activity_finds_that_a_scene_can_do_without_is_a_variant(tmp_path: 
 def test_activity_is_asked_where_nothing_is_stored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bgc.runtime.trade.measured_variants.stored_variants", lambda model: None)
-    kept: list[object] = []
-    monkeypatch.setattr(
-        "bgc.runtime.activity.activity.keep_variants", lambda model, found: kept.append(found)
-    )
-    quick(written(tmp_path, MOUNTED), variants=["activity"])
-    assert len(kept) == 1
+    path = written(tmp_path, MOUNTED)
+    assert stored_variants(bgc.compile(path)) is None
+    quick(path, variants=["activity"])
+    assert stored_variants(bgc.compile(path)) is not None
 
 
 def test_lines_of_a_scene_are_a_variant(tmp_path: Path) -> None:
