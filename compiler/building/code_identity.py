@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from hashlib import blake2b
 from importlib.util import find_spec
-from pathlib import Path
 
 _FILES = (".py", ".lark", ".json", ".c", ".h")
 
@@ -18,7 +17,7 @@ def code_identity(*packages: str) -> str:
         assert spec is not None and spec.submodule_search_locations
         for root in spec.submodule_search_locations:
             for path in sorted(_files_under(root)):
-                facts = Path(path).stat()
+                facts = os.stat(path)  # noqa: PTH116 - a path object for each takes longer than its facts
                 state.update(f"{path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
     return state.hexdigest()
 
