@@ -76,7 +76,7 @@ def main() -> int:
     home = memory if memory.is_dir() else None
     folder = Path(tempfile.mkdtemp(prefix="bgc-campaign-", dir=home))
     try:
-        with mutants.library_parsed_once():
+        with mutants.library_parsed_once(), random_programs.machine_asked_once():
             run = _all if arguments.show is None else _show
             return run(arguments, folder)
     finally:

@@ -8,8 +8,11 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 GENERATED = Path(__file__).parents[1] / "generated"
 sys.path.insert(0, str(GENERATED))
@@ -19,11 +22,24 @@ from program_check import Outcome, check_equations, check_seed, program_of  # no
 from program_text import write  # noqa: E402
 from workers import Portion  # noqa: E402
 
+from bgc.building import ahead, preview, recall  # noqa: E402
+
 CPU_SECONDS = 10.0
 PORTION = 20
 TABLE = GENERATED / "unjudged.tsv"
 UNJUST = "unjust"  # refused, although the reference has a solution
 CODE = re.compile(r"BG\d{3}")
+
+
+@contextmanager
+def machine_asked_once() -> Iterator[None]:
+    """Keep what no program changes: the state of bgc's own files, and the compilers found."""
+    answers = ((recall, "_compiler_identity"), (ahead, "find_toolchain"),
+               (preview, "_quick_compiler"))  # fmt: skip
+    with ExitStack() as kept:
+        for module, name in answers:
+            kept.enter_context(patch.object(module, name, cache(getattr(module, name))))
+        yield
 
 
 def text_of(seed: int, number: int) -> tuple[str, bytes]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +40,9 @@ def run_text(
     parameters: Mapping[str, float] | None = None,
     whole: bool = False,
 ) -> Columns:
-    """Compile a program and run its scene."""
-    path = place / "program.bg"
-    path.write_text(text, encoding="utf-8")
+    """Compile a program and run its scene; the model of the text before is kept."""
     try:
-        model = bgc.compile(path, preview=True, whole=whole)
+        model = _compiled(text, place / "program.bg", whole)
         result = model.simulate(rtol=rtol, solver=solver, parameters=parameters)
     except bgc.BgError as err:
         found = [END.search(d.message) for d in err.diagnostics]
@@ -51,6 +50,12 @@ def run_text(
         codes = ",".join(sorted({d.code for d in err.diagnostics}))
         raise Refused(codes, ends[0] if ends else None) from err
     return {name.removesuffix("[1]"): np.asarray(column) for name, column in result.columns.items()}
+
+
+@lru_cache(maxsize=1)  # a program runs at several tolerances one after the other
+def _compiled(text: str, path: Path, whole: bool) -> bgc.Model:
+    path.write_text(text, encoding="utf-8")
+    return bgc.compile(path, preview=True, whole=whole)
 
 
 def difference(
