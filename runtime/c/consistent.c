@@ -15,10 +15,12 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100, MAX_HOMOTOPY = 60, MAX_SEARCH = 64 };
+enum { MAX_ITERATIONS = 100, LAST_CORRECTIONS = 4, ROUNDED_STARTS = 4 };
+enum { MAX_HOMOTOPY = 60, MAX_SEARCH = 64 };
 static const double least_damping = 1e-6;
 static const double converged = 1e-9;        /* last correction, relative to the states */
 static const double nearly_converged = 1e-3; /* the same over the tolerance, where it stagnates */
+static const double last_digits = 4.0 * DBL_EPSILON; /* what rounding may make of a state */
 static const double near_solution = 1e-5;    /* relative corrections that must shrink fast */
 static const double perturbation = 1e-2;     /* of a second start, relative to scale or state */
 static const double size_floor = 1e-9;       /* of the scale: smaller states count as this */
@@ -207,6 +209,47 @@ static double correct(const bgc_model *m, bgc_data *d, double t, double part, do
     return -1.0;
 }
 
+/* Whether the correction d->change at x is no larger than what it changes by where the states change in
+ * their last digits: then rounding makes it, and no values near x satisfy the equations better. */
+static int is_rounding(const bgc_model *m, bgc_data *d, double t, double part, const double *x) {
+    double share = 0.25;
+
+    memset(d->largest, 0, (size_t)d->n_block * sizeof *d->largest);
+    for (int attempt = 0; attempt < ROUNDED_STARTS; attempt++) {
+        for (int i = 0; i < m->n_state; i++) { /* by a low-discrepancy sequence */
+            d->trial[i] = x[i] + (2.0 * share - 1.0) * last_digits * fabs(x[i]);
+            share += 0.6180339887498949;
+            share -= share >= 1.0 ? 1.0 : 0.0;
+        }
+        if (!residual_at(m, d, t, d->trial, part, d->next_change)) {
+            return 0;
+        }
+        bgc_solve_dense(d->n_block, d->block_lu, d->block_pivot, d->next_change);
+        for (int k = 0; k < d->n_block; k++) {
+            d->largest[k] = fmax(d->largest[k], fabs(d->next_change[k] - d->change[k]));
+        }
+    }
+    for (int k = 0; k < d->n_block; k++) {
+        if (!(fabs(d->change[k]) <= d->largest[k])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Whole corrections where none shortens the next one: beside one that rounding makes, others may be
+ * left. On failure x is undefined. */
+static bgc_status settle(const bgc_model *m, bgc_data *d, double t, double part, double *x) {
+    for (int k = 0; k < LAST_CORRECTIONS && residual_at(m, d, t, x, part, d->change); k++) {
+        bgc_solve_dense(d->n_block, d->block_lu, d->block_pivot, d->change);
+        if (is_rounding(m, d, t, part, x)) {
+            return BGC_OK;
+        }
+        add_correction(m, d, x, 1.0, d->change, x);
+    }
+    return BGC_INCONSISTENT;
+}
+
 /* Solves the algebraic rows, less `part` of d->first, for the block's states in x. On failure x is
  * undefined. */
 static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part, double *x) {
@@ -250,11 +293,14 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
         slow = damping == 1.0 && ratio > 0.1 && norm_of(d, d->change, d->largest) < near_solution
                    ? slow + 1 : 0;
         if (slow == 3) {
-            return BGC_INCONSISTENT;
+            return settle(m, d, t, part, x);
         }
         damping = fmin(1.0, ratio < 0.5 ? 4.0 * damping : 2.0 * damping);
     }
-    return is_within(d, d->change, x, nearly_converged) ? BGC_OK : BGC_INCONSISTENT;
+    if (is_within(d, d->change, x, nearly_converged)) {
+        return BGC_OK;
+    }
+    return settle(m, d, t, part, x);
 }
 
 /* Follows the homotopy g(y) - (1 - s) g(x) = 0 from s = 0, where x satisfies it, to s = 1, in steps
