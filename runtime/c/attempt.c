@@ -105,5 +105,5 @@ bgc_status bgc_attempt_adaptive(const bgc_model *m, bgc_ivp *d, const bgc_method
     core->failed_state = -1;
     bgc_limit_next(d, h);
     bgc_choose_method(m, d, t_new, h);
-    return bgc_finish_step(m, d, &balance, t_new);
+    return bgc_finish_step(m, d, method, &balance, t_new);
 }

@@ -60,25 +60,25 @@ bgc_status bgc_complete(const bgc_model *m, bgc_data *d, const bgc_method *metho
     return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
-/* Makes d->next the present state at t_new, and handles the event at the end of the step, if
- * any. */
-bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
-                           double t_new) {
+/* Makes d->next, to which a step of the method leads, the present state at t_new, and handles the
+ * event at the end of the step, if any. Another method may have been chosen for the next step. */
+bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                           const bgc_balance *balance, double t_new) {
     bgc_core *core = &d->core;
     const int at_event = core->event;
     bgc_status status;
 
-    if (bgc_present_method(core)->family->jacobian) {
+    if (method->family->jacobian) {
         bgc_watch_stiffness(m, d, t_new - core->t);
     }
     if (core->errors) {
-        bgc_follow_error(m, d, t_new);
+        bgc_follow_error(m, d, method, t_new);
     }
     bgc_accept(m, d, balance, t_new);
     bgc_enter_chains(m, d);
     status = may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
     if (core->errors && at_event && status == BGC_OK) {
-        bgc_carry_error_through(m, d);
+        bgc_carry_error_through(m, d, method);
     }
     return status;
 }

@@ -170,8 +170,8 @@ void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d);
 
 /* --- global_error.c */
 void bgc_reset_errors(const bgc_model *m, bgc_data *d);
-void bgc_follow_error(const bgc_model *m, bgc_data *d, double t);
-void bgc_carry_error_through(const bgc_model *m, bgc_data *d);
+void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
+void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method);
 void bgc_note_errors(const bgc_model *m, bgc_data *d, double t, const double *x, const double *u,
                      const double *e);
 void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, double *errors);

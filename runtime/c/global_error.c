@@ -310,9 +310,9 @@ static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h
     }
 }
 
-/* Before d->next becomes the present at t: carries the error to it. */
-void bgc_follow_error(const bgc_model *m, bgc_data *d, double t) {
-    const int n = m->n_state, implicit = bgc_present_method(&d->core)->family->jacobian;
+/* Before d->next, to which a step of the method leads, becomes the present at t: carries the error to it. */
+void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
+    const int n = m->n_state, implicit = method->family->jacobian;
     const size_t size = (size_t)n * sizeof(double);
     const bgc_counts counts = d->core.counts;
     double *f_end = error_vector(m, d, 4);
@@ -390,8 +390,8 @@ static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
 }
 
 /* After an event, with the new modes: e+ = g_x (e- + f- dt) - f+ dt. d->next has the states before a jump. */
-void bgc_carry_error_through(const bgc_model *m, bgc_data *d) {
-    const int n = m->n_state, implicit = bgc_present_method(&d->core)->family->jacobian;
+void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method) {
+    const int n = m->n_state, implicit = method->family->jacobian;
     const double dt = event_delay(m, d);
     const double *f_before = error_vector(m, d, 4), *motion = error_vector(m, d, 8);
     double *f_after = error_vector(m, d, 0), *v = error_vector(m, d, 1);

@@ -322,8 +322,8 @@ BGC_TWICE int bgc_rejects(const bgc_model *m, bgc_ivp *d, const bgc_method *meth
 BGC_TWICE int bgc_completes(const bgc_model *m, bgc_ivp *d, const bgc_method *method, double h,
                             double *t_new);
 BGC_TWICE int bgc_passes(const bgc_model *m, bgc_ivp *d, double t_new, bgc_status *status);
-BGC_TWICE bgc_status bgc_finish_step(const bgc_model *m, bgc_ivp *d, const bgc_balance *balance,
-                                     double t_new);
+BGC_TWICE bgc_status bgc_finish_step(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
+                                     const bgc_balance *balance, double t_new);
 
 /* --- rounding.c */
 BGC_TWICE int bgc_samples_rounding(const bgc_model *m, const bgc_ivp *d, const bgc_method *method);

@@ -109,7 +109,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         bgc_balance_step(m, d, method, t_new, &balance);
     }
     bgc_choose_fixed_method(m, d);
-    return bgc_finish_step(m, d, &balance, t_new);
+    return bgc_finish_step(m, d, method, &balance, t_new);
 }
 
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise

@@ -43,6 +43,24 @@ def test_estimates_are_within_twice_the_true_errors_at_the_end(name, solver):
     assert 0.5 < np.median(ratios) < 2
 
 
+@pytest.mark.parametrize("rtol", [1e-4, None, 1e-8])
+def test_an_arm_of_twelve_joints_says_by_how_much_it_is_off(rtol, tmp_path, monkeypatch):
+    """The default method changes from implicit to explicit steps and back."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "bench"))
+    from growing import text_of
+
+    path = tmp_path / "arm.bg"
+    path.write_text(text_of("arm:12"))
+    model = bgc.compile(path)
+    exact = model.simulate(solver="radau5", rtol=1e-12)
+    run = model.simulate(rtol=rtol, error=True)
+    assert run.counts["method_changes"] >= 3
+    for joint in range(12):
+        name = f"v{joint}"
+        true = np.abs(run[name] - exact[name]).max()
+        assert 0.7 < run.error[name].max() / true < 1.4
+
+
 @pytest.mark.parametrize("path", ["examples/two_tanks", "examples/clutch", "scenes/ur5"])
 def test_rows_are_the_same_bits_with_and_without_estimates(path):
     model = bgc.compile(LIBRARY / f"{path}.bg")

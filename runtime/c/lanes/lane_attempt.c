@@ -39,12 +39,12 @@ static void leave_in_place(bgc_batch *b) {
 
 /* Accepts a step: single lanes repeat it by themselves, for the others it enters counts and
  * accounts. */
-bgc_status bgc_finish_step(const bgc_model *m, bgc_batch *b, const bgc_balance *balance,
-                           double t_new) {
+bgc_status bgc_finish_step(const bgc_model *m, bgc_batch *b, const bgc_method *method,
+                           const bgc_balance *balance, double t_new) {
     bgc_step_alone(b);
     leave_in_place(b);
-    if (!bgc_is_adaptive(b->method) && b->core.substeps <= 1) {
-        bgc_record_correction(m, b, b->method, b->core.t);
+    if (!bgc_is_adaptive(method) && b->core.substeps <= 1) {
+        bgc_record_correction(m, b, method, b->core.t);
     }
     bgc_accept(m, b, balance, t_new);
     bgc_rejoin(b);

@@ -56,7 +56,7 @@ static void attempt_fixed(bgc_batch *b) {
         bgc_balance_step(m, b, b->method, core->t_end, &balance);
     }
     bgc_choose_fixed_method(m, b);
-    bgc_finish_step(m, b, &balance, core->t_end);
+    bgc_finish_step(m, b, b->method, &balance, core->t_end);
     core->ticks++;
 }
 
