@@ -144,6 +144,14 @@ def test_units_pass_through_transformers():
     assert graph.bonds[1].flow_unit == "rad/s"
 
 
+def test_plain_numbers_leave_the_units_of_bonds_open():
+    graph = flat(
+        "model M { s : MSe(e = sin(3*time)); r : R(2 + tanh(1)); j : J1; s -> j -> r, c, d;"
+        " c : C { e = q + q^3; } d : C { e = sinh(q); } }"
+    )
+    assert {(bond.effort_unit, bond.flow_unit) for bond in graph.bonds} == {("", "")}
+
+
 def test_pseudo_domains_carry_no_power():
     text = """
       pseudo domain Heat { effort T : K; flow Q : W; }

@@ -1,4 +1,8 @@
-"""Infer units of bonds from ports, sources and the arguments of elements."""
+"""Infer units of bonds from ports, sources and the arguments of elements.
+
+A plain number says nothing: no effort, flow or quotient of them is one, and `sin(3*time)` is plain
+in a program without any units too.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.law_blocks import value_argument
 from bgc.language.elements import Family
-from bgc.values.units import Dimension, divide, power
+from bgc.values.units import DIMENSIONLESS, Dimension, divide, power
 from bgc.values.value import Value
 
 
@@ -72,7 +76,7 @@ def _from_argument(
     span = element.use.span
     side = "all" if "all" in element.faces else "in"
     ports = scalars.ports(element.faces[side])
-    diagonal = _diagonal(value, len(ports))
+    diagonal = [None if unit == DIMENSIONLESS else unit for unit in _diagonal(value, len(ports))]
     if element.row.family is Family.SOURCE:
         variable = "effort" if element.basic == "Se" else "flow"
         for found, unit in zip(ports, diagonal, strict=True):
