@@ -84,6 +84,14 @@ Preview = Annotated[
 Verify = Annotated[
     bool, option("Check all intermediate results of the compiler (for work on bgc).")
 ]
+Errors = Annotated[
+    bool | None,
+    option(
+        "Estimate by how much the columns are off, as is usual; --error also says how.",
+        "--error/--no-error",
+        default=None,
+    ),
+]
 Devices = Annotated[
     tuple[tuple[str, str], ...],
     option(

@@ -10,6 +10,7 @@ from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import (
     PICTURE,
     Devices,
+    Errors,
     MethodOptions,
     Preview,
     SceneOptions,
@@ -48,7 +49,7 @@ def run(
     ),
     devices: Devices,
     method: MethodOptions,
-    error: bool = option("Estimate by how much the columns are off."),
+    error: Errors,
     shapes: bool = option("Record the poses of all shapes in the .npz file."),
     realtime: bool = option("Run in step with the clock (see bgc haptic)."),
     quiet: bool = option("Print no summary and no progress bar.", "--quiet", "-q"),
@@ -69,7 +70,9 @@ def run(
         result, status = _in_real_time(model, quiet, **chosen)
     else:
         result, status = attempt(
-            lambda: model.simulate(**chosen, progress=not quiet, out=target, error=error)
+            lambda: model.simulate(
+                **chosen, progress=not quiet, out=target, error=error is not False
+            )
         )
     if strict and result.warnings:
         print_diagnostics(map(as_error, result.warnings))
@@ -82,8 +85,9 @@ def run(
     if drawn is not None:
         result.plot(drawn, panels=panels or None)
     if not quiet:
-        texts = filter(None, (summarise(result), extremes(result), _files(result, out, drawn)))
-        print_text("\n".join(texts), err=out == "-")
+        estimate = f"  +- {result.error_estimate}" if error else ""
+        texts = (summarise(result), estimate, extremes(result), _files(result, out, drawn))
+        print_text("\n".join(filter(None, texts)), err=out == "-")
     return status
 
 

@@ -153,6 +153,7 @@ class RunColumns(NamedColumns):
     scene: str
     status: str
     panels: Sequence[Plot]
+    errors: Mapping[str, Array]
 
 
 def _joined(parts: Sequence[Array], shape: tuple[int, ...]) -> Array:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
 from bgc.diagnostics.catalogue import listed
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.columns import RunColumns
+
+NOT_ASKED: Final = "not estimated: it was not asked for"
+"""Why a result has no errors of which nobody asked."""
 
 _FOLLOWED = "local errors, carried along by the linearised equations"
 _LOST = 0.5  # of a column's size: a larger error at half of the rows is no figure
@@ -18,18 +23,53 @@ def judged(
 ) -> tuple[dict[str, Array], str]:
     """Judge the estimated errors of columns; return them, and in words how they were made.
 
-    Those that cannot be followed, and those that are as large as the values at half of the rows,
-    become NaN: such a run has not begun to converge, or is chaotic.
+    Those that could not be followed through a step, and those that are as large as the values at
+    half of the rows, are NaN: in the second case the run has not begun to converge, or is chaotic.
     """
-    kept = {name: _figure(columns[name], error) for name, error in errors.items()}
-    withheld = [name for name, error in kept.items() if np.isnan(error).all() and len(error)]
-    lost = f"; withheld where they are as large as the values: {listed(withheld)}"
-    return kept, _FOLLOWED + (lost if withheld else "")
+    kept, lost, unfollowed = dict(errors), [], []
+    for name, error in errors.items():
+        if len(error) > 1 and not np.isfinite(error[1:]).any():
+            unfollowed.append(name)
+        elif _is_lost(columns[name], error):
+            kept[name] = np.full_like(error, np.nan)
+            lost.append(name)
+        elif np.isnan(error).any():
+            unfollowed.append(name)
+    made = _FOLLOWED
+    if lost:
+        made += f"; unknown where they are as large as the values: {listed(lost)}"
+    if unfollowed:
+        made += f"; unknown where they could not be followed: {listed(unfollowed)}"
+    return kept, made
 
 
-def _figure(column: Array, error: Array) -> Array:
+def unknown(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """NaN as the errors of columns, of which nothing is known."""
+    return {name: np.full(len(column), np.nan) for name, column in columns.items()}
+
+
+def why_unknown(estimate: str) -> str:
+    """The part of `Result.error_estimate` that says why errors are NaN; empty where none are."""
+    made, _, reason = estimate.partition("; ")
+    return reason if made == _FOLLOWED else made
+
+
+def largest_error(result: RunColumns, name: str) -> str:
+    """The largest error of a column in the unit shown, to one digit, as it is known no better.
+
+    `unknown` where it is, and nothing for a column without errors.
+    """
+    if name not in result.errors:
+        return ""
+    largest = float(np.max(result.errors[name], initial=0.0)) / result.shown_in(name).factor
+    return "0" if largest == 0.0 else f"{largest:.0e}" if np.isfinite(largest) else "unknown"
+
+
+def _is_lost(column: Array, error: Array) -> bool:
+    """Return whether an error is as large as the values of its column at half of the rows."""
     if len(error) < 2:
-        return error
+        return False
     size = float(np.maximum(column, 0.0).max() - np.minimum(column, 0.0).min())
-    middle = np.median(error[1:])  # the start is exact
-    return error if middle < _LOST * size or middle == 0.0 else np.full_like(error, np.nan)
+    known = error[1:][np.isfinite(error[1:])]  # the start is exact
+    middle = float(np.median(known)) if len(known) else np.inf
+    return middle >= _LOST * size and middle != 0.0

@@ -18,6 +18,7 @@ from bgc.language.scene import Plot
 from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import RunColumns, dataset, optional_package
+from bgc.runtime.results.error_estimate import NOT_ASKED, unknown
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays
 from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
 from bgc.runtime.results.rest_report import AtRest
@@ -116,8 +117,8 @@ class Result(RunColumns, WrittenAsCsv):
     at_rest
         The start at rest: residual, largest moves, varied parameters. None for other starts.
     errors, error_estimate
-        Of a run with `error=True`: by how much the observed columns are off, and in words how that
-        was estimated, or why not. `error` finds them by the names of columns and vectors.
+        By how much the observed columns are off, where that was estimated, and in words how, or why
+        not. `error` finds them by the names of columns and vectors.
     warnings
         The notices, and warnings about the rows: a value that is not finite, energies that do
         not balance.
@@ -140,16 +141,18 @@ class Result(RunColumns, WrittenAsCsv):
     rows: int = 0
     at_rest: AtRest | None = None
     errors: Mapping[str, Array] = field(default_factory=dict)
-    error_estimate: str = ""
+    error_estimate: str = NOT_ASKED
 
     @property
     def error(self) -> Result:
         """The estimated errors, in the shapes and units of their columns; 0 or more.
 
         `result.error["tip.z"]` has for each row the largest error since the row before. It is NaN
-        where the estimate cannot be relied on: `error_estimate` says why.
+        where there is no estimate that can be relied on: `error_estimate` says why. It is a result
+        itself: `result.error.to_csv("errors.csv")`.
         """
-        return replace(self, columns=self.errors, errors={}, accounts={}, notices=(), shapes=())
+        columns = {**unknown(self.columns), **self.errors}
+        return replace(self, columns=columns, errors={}, accounts={}, notices=(), shapes=())
 
     @property
     def row_count(self) -> int:

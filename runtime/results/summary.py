@@ -6,6 +6,7 @@ import numpy as np
 
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table, table_text
+from bgc.runtime.results.error_estimate import largest_error, why_unknown
 from bgc.runtime.results.rest_report import described
 from bgc.runtime.results.result import Result
 
@@ -42,8 +43,6 @@ def summarise(result: Result) -> str:
         lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
     if result.faster:
         lines.append(f"  nothing in it is stiff: `--solver {result.faster}` is likely to be faster")
-    if result.error_estimate:
-        lines.append(f"  +- {result.error_estimate}")
     if residual := _residual(result):
         lines.append(f"  {residual}")
     return "\n".join(lines)
@@ -52,7 +51,7 @@ def summarise(result: Result) -> str:
 def extremes(result: Result) -> str:
     """Make a table of the last, the least and the largest value of each observed column.
 
-    With estimated errors, `+-` has the largest of each.
+    With estimated errors, `+-` has the largest of each to one digit.
     """
     if not len(result):
         return "the scene observes nothing: add `observe NAME;`"
@@ -66,20 +65,14 @@ def extremes(result: Result) -> str:
         ends = (finite.min(), finite.max()) if len(finite) else (np.nan, np.nan)
         names_its_unit = name_in_si(name) != name
         label = f"{name} [{shown.label}]" if shown.label and not names_its_unit else name
-        off = (_largest_error(result, name, shown.factor),) if result.error_estimate else ()
+        off = (largest_error(result, name),) if result.errors else ()
         rows.append((label, *(f"{value + 0.0:.6g}" for value in (column[-1], *ends)), *off))
     more = len(result) - len(rows)
-    note = f"and {_count(more, 'column')} more" if more else ""
-    heads = ("", "last", "least", "largest", *(("+-",) if result.error_estimate else ()))
-    return table_text(Table("", heads, tuple(rows), note)).strip("\n")
-
-
-def _largest_error(result: Result, name: str, factor: float) -> str:
-    """The largest estimated error of a column in the unit shown; a word where there is none."""
-    if name not in result.errors:
-        return ""
-    largest = float(np.max(result.errors[name])) / factor
-    return f"{largest:.1e}" if np.isfinite(largest) else "unknown"
+    notes = [f"and {_count(more, 'column')} more"] if more else []
+    if result.errors and (why := why_unknown(result.error_estimate)):
+        notes.append(f"+- {why}")
+    heads = ("", "last", "least", "largest", *(("+-",) if result.errors else ()))
+    return table_text(Table("", heads, tuple(rows), "\n".join(notes))).strip("\n")
 
 
 def _count(number: float, word: str) -> str:

@@ -34,6 +34,7 @@ from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.run import watched, with_capped_step
 from bgc.runtime.running.simulate import (
+    TOO_MANY_ROWS,
     bare_result,
     lazy_times_of,
     named_result,
@@ -110,8 +111,7 @@ def simulate_to(
         raise
     rounded = undecided(model, capped, instance, kept_times, rows, parameters)
     result = result if rounded is None else result.noted(undecided_state(rounded))
-    unknown = "not estimated: the rows are too many for memory"
-    result = replace(result, error_estimate=unknown) if errors else result
+    result = replace(result, error_estimate=TOO_MANY_ROWS) if errors else result
     try:
         file.end(result.about())
     except OSError as problem:

@@ -78,12 +78,22 @@ def lazy_times(
         raise BgError([bad_option("step", step, f"a time within the {duration:g} s of the run")])
     interval = every or step or duration / DEFAULT_ROWS
     ratio = duration / interval
-    if (ratio + 2) * (columns + 1) * 8 > room:
+    if _bytes(ratio + 2, columns) > room:
         raise BgError([too_many_rows(round(min(ratio, 1e18)), columns + 1)])
     whole = round(ratio)
     if whole < 1 or abs(ratio - whole) > 1e-9 * ratio:
         whole = math.floor(ratio) + 1
     return RowTimes(duration, interval, whole + 1)
+
+
+def fits(rows: int, columns: int) -> bool:
+    """Return whether rows of so many columns fit in half of the memory."""
+    return _bytes(rows, columns) <= _memory() / 2
+
+
+def _bytes(rows: float, columns: int) -> float:
+    """Bytes of rows of so many columns, times included."""
+    return rows * (columns + 1) * 8
 
 
 def _memory() -> float:

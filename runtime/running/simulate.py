@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -11,11 +12,12 @@ from bgc.diagnostics.catalogue.accuracy import moves_below, rounding_decides
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.methods import GAUSS, METHODS
 from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, replace
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.error_estimate import judged
+from bgc.runtime.results.error_estimate import NOT_ASKED, judged, unknown
 from bgc.runtime.results.recorded_shapes import shapes_of
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
@@ -27,11 +29,13 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import NOTHING, ParameterValue
 from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.recommendation import recommended_method
-from bgc.runtime.running.rows import RowTimes, lazy_times, row_times
+from bgc.runtime.running.rows import RowTimes, fits, lazy_times, row_times
 from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
 from bgc.runtime.running.run_warnings import run_warnings
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.subtolerance import Undecided, subtolerance_states, undecided
+
+TOO_MANY_ROWS: Final = "not estimated: the rows are too many for memory"
 
 _NOT_GIVEN = Solver()
 _ROWS = 201  # of a run whose end alone is asked for, to see whether rounding decides it
@@ -59,8 +63,8 @@ def simulate(
     BgError
         A parameter is at fault, or there is no initial state.
     """
-    unserved = errors_not_estimated(model, method) if errors else ""
-    followed = errors and not unserved
+    unserved = errors_not_estimated(model, method, len(times)) if errors else NOT_ASKED
+    followed = not unserved
     columns = model.row_width + len(model.measured) * followed
     rows = np.full((len(times), columns), np.nan)
     capped = with_capped_step(method, times, model.facts.timed)
@@ -74,23 +78,30 @@ def simulate(
     rows, off = rows[:, : model.row_width], rows[:done, model.row_width :]
     result = named_result(model, times[:done], rows[:done], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
-    result = with_errors(model, result, off) if followed else result
-    result = replace(result, error_estimate=unserved) if unserved else result
+    if followed:
+        result = with_errors(model, result, off)
+    else:
+        result = replace(result, error_estimate=unserved)
     raise_where_ended(model, instance, Status.INTERRUPTED if interrupted else status, result)
     rounded = undecided(model, capped, instance, times, rows, parameters)
     if rounded is None:
         return result
-    unknown = "not estimated: rounding decides a state below its tolerance"
-    kept = replace(result, errors={}, error_estimate=unknown) if errors else result
-    return kept.noted(undecided_state(rounded))
+    if followed:
+        reason = "unknown: rounding decides a state below its tolerance"
+        result = replace(result, errors=unknown(result.errors), error_estimate=reason)
+    return result.noted(undecided_state(rounded))
 
 
-def errors_not_estimated(model: LoadedModel, method: Solver) -> str:
-    """Say why the errors of a run cannot be estimated; empty where they can."""
+def errors_not_estimated(model: LoadedModel, method: Solver, rows: int) -> str:
+    """Say why the errors of a run with so many rows cannot be estimated; empty where they can."""
     if model.library.is_sampled:
         return "not estimated: the errors of values that sampled parts hold are not followed"
     if method.name in BACKENDS:
         return f"not estimated: `{method.name}` is a solver of another package"
+    if METHODS[method.name].family is GAUSS:
+        return f"not estimated: the steps of `{method.name}` are not followed"
+    if not fits(rows, model.row_width + len(model.measured)):
+        return TOO_MANY_ROWS
     return ""
 
 

@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import bgc
 import bgc.library
+from bgc.runtime.cli.app import application
+from bgc.runtime.results.summary import extremes
 
 MODELS = Path(__file__).parents[1] / "models"
 LIBRARY = Path(bgc.library.__path__[0])
@@ -64,10 +67,12 @@ def test_an_arm_of_twelve_joints_says_by_how_much_it_is_off(rtol, tmp_path, monk
 @pytest.mark.parametrize("path", ["examples/two_tanks", "examples/clutch", "scenes/ur5"])
 def test_rows_are_the_same_bits_with_and_without_estimates(path):
     model = bgc.compile(LIBRARY / f"{path}.bg")
-    plain, estimated = model.simulate(), model.simulate(error=True)
+    plain, estimated = model.simulate(error=False), model.simulate()
     for name, column in plain.columns.items():
         assert column.tobytes() == estimated[name].tobytes()
-    assert not plain.errors and plain.error_estimate == ""
+    assert estimated.errors and not plain.errors
+    assert plain.error_estimate == "not estimated: it was not asked for"
+    assert all(np.isnan(column).all() for column in plain.error.values())
 
 
 BALL = """
@@ -111,5 +116,31 @@ def test_errors_of_a_chaotic_run_and_of_sampled_parts_are_withheld(tmp_path):
     path.write_text(CHAOS)
     run = bgc.compile(path).simulate(error=True)
     assert np.isnan(run.error["y"]).all() and "`y[1]`" in run.error_estimate
+    shown = extremes(run)
+    assert shown.count("unknown ") == 1 and shown.count("  unknown\n") == 3
     sampled = bgc.compile(MODELS / "sampled.bg", scene="control")
-    assert "not estimated" in sampled.simulate(error=True).error_estimate
+    run = sampled.simulate()
+    assert "not estimated" in run.error_estimate and "+-" not in extremes(run)
+
+
+def test_a_run_without_estimate_says_so_where_it_is_asked_for(tmp_path):
+    path = tmp_path / "ball.bg"
+    path.write_text(BALL)
+    command = ["run", str(path), "--solver", "gauss4", "--step", "1 ms"]
+    assert "+-" not in CliRunner().invoke(application, command).stdout
+    asked = CliRunner().invoke(application, [*command, "--error"]).stdout
+    assert "  +- not estimated: the steps of `gauss4` are not followed\n" in asked
+
+
+def test_errors_of_explicit_steps_with_algebraic_equations_are_not_followed():
+    model = bgc.compile(MODELS / "ivp" / "chemical_akzo.bg")
+    run = model.simulate("1 s", solver="heun", step="1 ms")
+    assert "could not be followed" in run.error_estimate
+
+
+def test_a_file_of_many_rows_has_no_errors(tmp_path, monkeypatch):
+    monkeypatch.setattr("bgc.runtime.running.rows._memory", lambda: 2 * 8 * 191 * 4)
+    path = tmp_path / "ball.bg"
+    path.write_text(BALL)
+    run = bgc.compile(path).simulate(every="10 ms")
+    assert run.error_estimate == "not estimated: the rows are too many for memory"

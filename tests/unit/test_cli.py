@@ -141,12 +141,22 @@ def test_run_prints_its_results_and_names_its_files(oscillator, tmp_path):
     result = bgc("run", "x.bg", "--every", "500 ms", "--out", tmp_path / "r.csv")
     table = np.genfromtxt(tmp_path / "r.csv", delimiter=",", names=True, deletechars="")
     lines = result.stdout.splitlines()
-    assert next(line.split() for line in lines if "largest" in line) == ["last", "least", "largest"]
-    shown = next(line.split()[-3:] for line in lines if line.strip().startswith("q "))
+    heads = ["last", "least", "largest", "+-"]
+    assert next(line.split() for line in lines if "largest" in line) == heads
+    *shown, off = next(line.split()[-4:] for line in lines if line.strip().startswith("q "))
     expected = (table["q"][-1], table["q"].min(), table["q"].max())
     assert [float(value) for value in shown] == pytest.approx(expected, rel=1e-5)
+    assert 0 < float(off) < 1e-3
     assert lines[-1] == f"wrote {tmp_path / 'r.csv'} (5 rows)"
     assert "`--out FILE.csv`" in bgc("run", "x.bg").stdout
+
+
+def test_errors_are_estimated_unless_time_counts(oscillator):
+    usual, without = bgc("run", "x.bg").stdout, bgc("run", "x.bg", "--no-error").stdout
+    how = "+- local errors, carried along"
+    assert "+-" in usual and how not in usual and "+-" not in without
+    assert how in bgc("run", "x.bg", "--error").stdout
+    assert bgc("run", "x.bg", "--error", "--realtime").exit_code == 2
 
 
 def test_many_columns_are_counted_and_none_is_a_hint():

@@ -79,9 +79,11 @@ def test_files_say_both_units(result, tmp_path):
 
 def test_the_summary_is_in_units_as_written(result):
     rows = {line.split("  ")[1].strip(): line for line in extremes(result).splitlines()[1:]}
-    assert rows["pressure [bar]"].split()[-1] == f"{result['pressure'].max() / 1e5:.6g}"
+    assert rows["pressure [bar]"].split()[-2] == f"{result['pressure'].max() / 1e5:.6g}"
+    off = float(rows["pressure [bar]"].split()[-1])
+    assert off == pytest.approx(result.error["pressure"].max() / 1e5, rel=0.5)
     assert rows["back [deg]"].split()[3] == "-30"
-    assert rows["angle [deg]"].split()[-1] == "30"
+    assert rows["angle [deg]"].split()[-2] == "30"
 
 
 def test_plots_are_in_units_as_written(result):
