@@ -7,6 +7,7 @@ import numpy as np
 from bgc.printing.text_tables import Table
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.columns import RunColumns
+from bgc.runtime.results.error_estimate import largest_error
 from bgc.runtime.results.html import MOST_ROWS, figure_html, table_html
 from bgc.runtime.results.plot import plot_result
 from bgc.runtime.results.runs import Runs
@@ -20,10 +21,11 @@ def result_html(result: RunColumns) -> str:
     for name in list(result)[:MOST_ROWS]:
         shown, values = result.shown_in(name), result[name]
         found = [values.min(), values.max(), values[-1]] if len(values) else []
-        rows.append((name, shown.label, *(f"{shown.number(float(v)):.6g}" for v in found)))
-    header = ("column", "unit", "least", "greatest", "last") if len(result.time) else (
-        "column", "unit",
-    )  # fmt: skip
+        off = (largest_error(result, name),) if found and result.errors else ()
+        rows.append((name, shown.label, *(f"{shown.number(float(v)):.6g}" for v in found), *off))
+    header: tuple[str, ...] = ("column", "unit")
+    if len(result.time):
+        header += ("least", "greatest", "last", *(("+-",) if result.errors else ()))
     table = table_html(Table(repr(result).strip("<>"), header, tuple(rows)))
     count = len(list(result))
     drawn = len(result.time) > 1 and (result.panels or 0 < count <= _CURVES)

@@ -31,11 +31,16 @@ KINDS = (".png", ".svg", ".pdf")
 
 _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
+_MOST_NAMED = 4  # columns of unknown error in a note
+_PANEL_POINTS = 130.0  # height of the axis of a panel, about
+_BAND, _BAND_POINTS = 0.25, 4000  # opacity; points along a band, at most
+_NONE = np.empty(0)
 _UNLIKE_RANGES = 10.0
 _SMALL, _LARGE = 1e-3, 1e5  # numbers of an axis that are written in full
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 GUIDE = "#999999"  # of lines that are no data
+NOTE = "#666666"
 STYLE: dict[Any, Any] = {
     "text.usetex": False,  # a `matplotlibrc` beside a stranger's model could start LaTeX
     "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise
@@ -170,25 +175,58 @@ def _draw(
 ) -> None:
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     timed: Any = None
+    is_banded = False
     for k, panel in enumerate(panels):
         axes = figure.add_subplot(grid[k], sharex=timed if panel.across == "time" else None)
         if panel.across == "time":
             timed = axes
-        _draw_panel(result, panel, axes)
+        is_banded |= _draw_panel(result, panel, axes)
         last = all(p.across != "time" for p in panels[k + 1 :])
         if panel.across != "time" or last:
             factor = "" if panel.across == "time" else _shorten_numbers(axes.xaxis)
             axes.set_xlabel(_label(panel.across, result, factor))
         else:
             axes.tick_params(labelbottom=False)
+    if note := _note(result, panels, is_banded):
+        figure.supxlabel(note, x=0.995, ha="right", fontsize="small", color=NOTE)
     figure.align_ylabels()
     figure.suptitle(
         result.scene if result.status == "done" else f"{result.scene} ({result.status})"
     )
 
 
-def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> None:
-    """Draw one panel, with a right-hand scale for columns that do not fit the left one."""
+def _note(result: RunColumns, panels: Sequence[Plot], is_banded: bool) -> str:
+    """What a plot says of the errors: what its bands are, and those that are not known."""
+    drawn = dict.fromkeys(column for panel in panels for column in panel.columns)
+    lost = [name for name in drawn if np.isnan(result.errors.get(name, 0.0)).any()]
+    more = f" and {len(lost) - _MOST_NAMED} more" if len(lost) > _MOST_NAMED else ""
+    lines = ["band: estimated error"] if is_banded else []
+    lines += [f"error unknown: {', '.join(lost[:_MOST_NAMED])}{more}"] if lost else []
+    return "; ".join(lines)
+
+
+def _draw_band(result: RunColumns, column: str, line: Any) -> bool:
+    """Draw the error of a column as a band along its curve, where it is wider; return whether."""
+    error = result.errors.get(column, _NONE) / result.shown_in(column).factor
+    low, high = line.axes.get_ylim()
+    visible = (high - low) * STYLE["lines.linewidth"] / _PANEL_POINTS
+    if not (error > visible).any():
+        return False
+    value = line.get_ydata()
+    starts = np.arange(0, len(error), -(-len(error) // _BAND_POINTS))
+    below, above = np.fmin.reduceat(value - error, starts), np.fmax.reduceat(value + error, starts)
+    line.axes.fill_between(
+        line.get_xdata()[starts], below, above, color=line.get_color(), alpha=_BAND, linewidth=0
+    )
+    return True
+
+
+def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> bool:
+    """Draw one panel, with a right-hand scale for columns that do not fit the left one.
+
+    Over the time, curves have a band of their estimated errors where it would be seen; return
+    whether one does.
+    """
     across = result.in_words(panel.across)
     left, right = _sides(result, panel)
     other: Any = axes.twinx() if right else None
@@ -196,6 +234,10 @@ def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> None:
     for column, colour in zip(panel.columns, cycle(COLOURS), strict=False):
         side = other if column in right else axes
         lines += side.plot(across, result.in_words(column), label=column, color=colour)
+    timed = panel.across == "time"
+    bands = [
+        timed and _draw_band(result, *drawn) for drawn in zip(panel.columns, lines, strict=False)
+    ]
     axes.set_ylabel(_axis_label(left, result, _shorten_numbers(axes.yaxis)))
     if other is not None:
         other.grid(False)
@@ -206,7 +248,7 @@ def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> None:
                 colour = next(line.get_color() for line in lines if line.get_label() in columns)
                 side.yaxis.label.set_color(colour)
                 side.tick_params(axis="y", labelcolor=colour)
-    if panel.across == "time":
+    if timed:
         axes.margins(x=0)
     if len(panel.columns) > 1:
         axes.legend(
@@ -217,6 +259,7 @@ def _draw_panel(result: RunColumns, panel: Plot, axes: Any) -> None:
             ncols=5,
             fontsize="small",
         )
+    return any(bands)
 
 
 def _sides(result: RunColumns, panel: Plot) -> tuple[list[str], list[str]]:

@@ -118,6 +118,8 @@ def test_errors_of_a_chaotic_run_and_of_sampled_parts_are_withheld(tmp_path):
     assert np.isnan(run.error["y"]).all() and "`y[1]`" in run.error_estimate
     shown = extremes(run)
     assert shown.count("unknown ") == 1 and shown.count("  unknown\n") == 3
+    note = run.plot().get_supxlabel()
+    assert note == "error unknown: y[1], y[2], y[3]"
     sampled = bgc.compile(MODELS / "sampled.bg", scene="control")
     run = sampled.simulate()
     assert "not estimated" in run.error_estimate and "+-" not in extremes(run)

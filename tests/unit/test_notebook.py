@@ -143,7 +143,7 @@ def test_views_of_a_model(model, tmp_path):
 
 def test_reprs_and_keys(model, result):
     html = result._repr_html_()
-    assert "capacitor.e" in html and "data:image/png" in html
+    assert "capacitor.e" in html and "data:image/png" in html and ">+-</th>" in html
     assert result._ipython_key_completions_() == ["time", "capacitor.e", "loop.f"]
     assert model.parameters._ipython_key_completions_() == ["R", "L", "C"]
     assert result.plot()._repr_png_().startswith(b"\x89PNG")

@@ -254,6 +254,29 @@ def test_plots_are_written(result, tmp_path, kind):
     assert (tmp_path / f"r.{kind}").stat().st_size > 1000
 
 
+def test_errors_are_a_band_where_it_is_wider_than_a_curve(result):
+    known = replace(result, errors={"force": np.full(3, 1e-4), "tip.z": np.full(3, 0.03)})
+    figure = known.plot(columns=["force", "tip.z"])
+    first, second = figure.axes
+    assert not first.collections and figure.get_supxlabel() == "band: estimated error"
+    (band,) = second.collections
+    (outline,) = band.get_paths()
+    top = outline.vertices[:, 1].max()
+    assert top == pytest.approx(result["tip.z"].max() + 0.03)
+    # Columns without an estimate have none, and those of which it is unknown are named.
+    unknown = replace(result, errors={"force": np.full(3, np.nan)})
+    figure = unknown.plot(columns=["force", "tip.z"])
+    assert not any(axes.collections for axes in figure.axes)
+    assert figure.get_supxlabel() == "error unknown: force"
+    assert result.plot().get_supxlabel() == ""
+
+
+def test_errors_are_a_result_of_the_same_columns(result):
+    error = replace(result, errors={"tip[1]": TIME}).error
+    assert list(error) == list(result) and error["tip"][:, 0].tolist() == TIME.tolist()
+    assert np.isnan(error["force"]).all() and error.units == result.units
+
+
 def test_the_same_result_draws_the_same_bytes(result, tmp_path):
     for name in ("a.svg", "b.svg"):
         result.plot(tmp_path / name)
