@@ -7,6 +7,7 @@ from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.command_server import announce, prepare_serving, serving, wait_for
 from bgc.runtime.cli.options import (
     Devices,
+    Errors,
     MethodOptions,
     PointOptions,
     Preview,
@@ -37,6 +38,7 @@ def view(
     preview: Preview,
     devices: Devices,
     method: MethodOptions,
+    error: Errors,
     *,
     export: str | None = option(
         "Write a replay as one HTML file, and serve nothing.", type=Target(".html", ".htm")
@@ -79,7 +81,10 @@ def view(
         else:
             result, status = attempt(
                 lambda: model.simulate(
-                    **method.arguments, progress=not quiet, devices=dict(devices)
+                    **method.arguments,
+                    progress=not quiet,
+                    devices=dict(devices),
+                    error=error is not False,
                 )
             )
             print_diagnostics(result.warnings)

@@ -27,6 +27,7 @@ from bgc.values.shown_units import Shown
 Description: TypeAlias = dict[str, Any]
 
 VERSION: Final = 1
+_SEEN: Final = 3e-3  # of the range of a column: smaller errors are hidden by its curve
 _MESHES: Final = (".glb", ".gltf", ".stl", ".obj")
 
 
@@ -74,6 +75,8 @@ def describe_result(result: Result, name: str) -> tuple[Description, np.ndarray[
     columns: list[np.ndarray[Any, Any]] = list(result.columns.values())
     observed = [_quantity(c, result.shown_in(c), k) for k, c in enumerate(result.columns)]
     shapes = [_recorded(shape, columns) for shape in result.shapes]
+    for quantity, (name, column) in zip(observed, result.columns.items(), strict=True):
+        quantity.update(_error(column, result.errors.get(name), columns))
     end = float(result.time[-1]) if len(result.time) else 0.0
     values = np.column_stack(columns) if columns else np.empty((len(result.time), 0))
     description = {
@@ -163,6 +166,22 @@ def _expand(name: str, known: Mapping[str, int]) -> list[int]:
 
 def _quantity(name: str, shown: Shown, place: int) -> Description:
     return {"name": name, "unit": shown.label, "factor": shown.factor, "column": place}
+
+
+def _error(
+    column: np.ndarray[Any, Any],
+    error: np.ndarray[Any, Any] | None,
+    columns: list[np.ndarray[Any, Any]],
+) -> Description:
+    """Append the errors of a column where a plot shows them: their place, None where unknown."""
+    if error is None or not len(error):
+        return {}
+    if np.isnan(error).any():
+        return {"error": None}
+    if not error.max() > _SEEN * np.ptp(column):
+        return {}
+    columns.append(error)
+    return {"error": len(columns) - 1}
 
 
 def _value(

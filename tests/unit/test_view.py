@@ -14,12 +14,13 @@ from swing import begin_run, compile_swing, write_swing
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.solver import Solver
+from bgc.runtime.results.result import Result
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view.history import History, as_rows
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import FRAME, Player, usual_speed
 from bgc.runtime.view.protocol import HEADER, pack_rows, read_command
-from bgc.runtime.view.scene_description import describe_model, panels_of
+from bgc.runtime.view.scene_description import describe_model, describe_result, panels_of
 
 
 @pytest.fixture(scope="module")
@@ -298,3 +299,15 @@ def test_messages_of_the_page_are_read():
     assert read_command('{"type": "play"}') == {"type": "play"}
     text = '{"type": "set", "name": "a.b", "value": 2}'
     assert read_command(text) == {"type": "set", "name": "a.b", "value": 2}
+
+
+def test_a_recorded_run_has_the_errors_that_its_plots_show():
+    time = np.linspace(0.0, 1.0, 11)
+    columns = {"a": time, "b": time, "c": time, "d": time}
+    errors = {"a": 0.1 * time, "b": 1e-6 * time, "c": np.full(11, np.nan)}
+    result = Result("s", time, columns, dict.fromkeys(columns, "m"), "rodas5p", {}, errors=errors)
+    description, rows = describe_result(result, "s.bg")
+    assert [quantity.get("error", "hidden") for quantity in description["observed"]] == [
+        4, "hidden", None, "hidden",
+    ]  # fmt: skip
+    assert description["width"] == 5 and rows[:, 4].tolist() == errors["a"].tolist()

@@ -1,5 +1,6 @@
 """The page of `bgc view` in a browser: Debian's Chromium, driven by Playwright."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -185,6 +186,31 @@ def test_a_recorded_run_is_replayed_and_kept_as_one_file(browser, folder):
         assert alone.ask("[bgcView.live, bgcView.store.count]") == [False, 101]
         assert alone.colours() > 12
         alone.close(("file://",))
+
+
+SWING = """
+model Swing { state x = 1; state v = 0; der(x) = v; der(v) = -x; }
+scene swing of Swing { observe x, v; plot x; plot v against x; run 20 every 0.1; }
+"""
+
+
+def test_errors_are_a_band_and_stand_beside_the_value(browser, folder):
+    (folder / "swing.bg").write_text(SWING)
+    out = folder / "swing.html"
+    command = [*BGC, "view", str(folder / "swing.bg"), "--export", str(out), "--solver", "heun"]
+    subprocess.run([*command, "--step", "0.1"], check=True, capture_output=True)
+    view = View(browser, out.as_uri(), offline=True)
+    view.ask("bgcView.seek(20)")
+    view.until("bgcView.plots.list[0].uplot.data[1].length > 100")
+    x, below, above = view.ask("bgcView.plots.list[0].uplot.data.slice(1).map((y) => y.at(-1))")
+    error = view.ask("bgcView.row[2]")
+    assert error == pytest.approx(20 * 0.1**2 / 6, rel=0.5)  # of the phase, and so of x at most
+    assert (above - x, x - below) == pytest.approx((error, error), rel=1e-5)
+    assert re.search(r"± 0\.0\d$", view.page.locator(".plot .value").first.inner_text())
+    # Nothing else is drawn where curves are against each other.
+    assert view.ask("bgcView.plots.list[1].uplot.series.length") == 2
+    view.check_access()
+    view.close(("file://",))
 
 
 HAND = model_text("view_page_hand")

@@ -82,6 +82,14 @@ class Plot {
       for (const [k, q] of this.quantities.entries()) {
         options.series.push({ scale: scaleOf(q), stroke: colours[k % colours.length], width: 1.6, pxAlign: 0, points: { show: false } });
       }
+      // The errors: for each curve that has some, one below and one above it that bound a band.
+      options.bands = [];
+      for (const [k, q] of this.quantities.entries()) {
+        if (q.error == null) continue;
+        const edge = { scale: scaleOf(q), stroke: "transparent", width: 0, pxAlign: 0, points: { show: false } };
+        const below = options.series.push({ ...edge }, { ...edge }) - 2;
+        options.bands.push({ series: [below + 1, below], fill: `${colours[k % colours.length]}40` });
+      }
     }
     this.range = [0, 1];
     this.uplot = new uPlot(options, this.empty(), this.chart);
@@ -100,12 +108,13 @@ class Plot {
     const [head, rest] = commonHead(names);
     const sameUnit = this.units.length === 1;
     this.values = this.quantities.map(() => el("b", {}));
+    this.errors = this.quantities.map(errorText);
     this.unitTexts = [];
     this.exponents = {};
     const entries = this.quantities.map((q, k) => {
       const mark = el("i", { style: `background:${colours[k % colours.length]}` });
       return el("span", { class: "entry", title: q.name }, mark, el("span", { class: "name" }, rest[k]),
-        el("span", { class: "value" }, this.values[k], sameUnit && head ? null : this.unitOf(q)));
+        el("span", { class: "value" }, this.values[k], this.errors[k], sameUnit && head ? null : this.unitOf(q)));
     });
     const title = head && el("span", { class: "head", title: head }, head, sameUnit ? this.unitOf(this.quantities[0]) : null);
     this.legend.replaceChildren(...[title, ...entries].filter(Boolean));
@@ -140,11 +149,14 @@ class Plot {
       this.largest[k] = Math.max(this.largest[k], Math.abs(value) || 0);
       const text = onAxis(value / unit, this.largest[k] / unit, min / unit, max / unit);
       if (this.values[k].textContent !== text) this.values[k].textContent = text;
+      if (q.error != null && row) this.errors[k].textContent = ` ± ${number(row[q.error] / q.factor / unit, 1)}`;
     });
   }
 
   empty() {
-    return this.across ? [null, ...this.quantities.map(() => [[0], [0]])] : [[0], ...this.quantities.map(() => [null])];
+    if (this.across) return [null, ...this.quantities.map(() => [[0], [0]])];
+    const bands = this.quantities.filter((q) => q.error != null);
+    return [[0], ...[...this.quantities, ...bands, ...bands].map(() => [null])];
   }
 
   // A curve through points in the order of time.
@@ -227,7 +239,9 @@ class Plot {
       const xs = series.pop();
       this.uplot.setData([null, ...series.map((ys) => [xs, ys])]);
     } else {
-      this.uplot.setData([times.map((t) => t / this.tick.factor), ...series]);
+      const bands = this.quantities.filter((q) => q.error != null)
+        .flatMap((q) => this.store.band(first, last, q.column, q.error, q.factor, POINTS));
+      this.uplot.setData([times.map((t) => t / this.tick.factor), ...series, ...bands]);
     }
   }
 
@@ -242,6 +256,10 @@ class Plot {
 
 // The name of a quantity without the unit that a user has asked for.
 const bare = (name) => name.replace(/ \[[^\]]*\]$/, "");
+
+// Where the error of a quantity stands: it is null where it is unknown, and absent where no plot would show it.
+const errorText = ({ error }) =>
+  error === undefined ? null : el("small", { title: error === null ? "its error is unknown" : "estimated error" }, " ± ?");
 
 // What names have in common at their start, a vector or a part, and the rest of each.
 export function commonHead(names) {

@@ -96,6 +96,23 @@ export class Store {
     return [times, ...values];
   }
 
+  // The curves below and above a column by its error, at the rows and in the points of `series`.
+  band(first, last, column, error, factor, buckets) {
+    const every = Math.max(1, Math.ceil((last - first + 1) / (2 * buckets)));
+    const [low, high] = [[], []];
+    for (let start = first; start <= last; start += every) {
+      let [least, largest] = [Infinity, -Infinity];
+      for (let row = start; row <= Math.min(last, start + every - 1); row++) {
+        const at = row * this.width + TIMES;
+        least = Math.min(least, this.data[at + column] - this.data[at + error]);
+        largest = Math.max(largest, this.data[at + column] + this.data[at + error]);
+      }
+      low.push(Number.isFinite(least) ? least / factor : null);
+      high.push(Number.isFinite(largest) ? largest / factor : null);
+    }
+    return [low, high];
+  }
+
   extreme(from, to, column, value) {
     let [low, high] = [value, value];
     for (let row = from; row <= to; row++) {
