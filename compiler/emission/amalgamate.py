@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 _OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
+_GUARD = re.compile(r"^#ifndef (\w+_H)\n#define \1$", re.MULTILINE)
 _FEATURE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(_[A-Z_]+_SOURCE)[ \t]+(\w+)", re.MULTILINE)
 
 
@@ -14,7 +15,8 @@ def joined(texts: Sequence[tuple[str, str]], runtime_dir: Path) -> str:
     """Join C files, given by name and text, to one that includes no header of the runtime.
 
     The first include of each of the runtime's headers is replaced by its text, further ones are
-    removed. Feature test macros of the system headers come first.
+    removed; a header without an include guard is included each time. Feature test macros of the
+    system headers come first.
     """
     files = sorted((*runtime_dir.glob("*.h"), *runtime_dir.glob("drivers/*.h")))
     headers = {path.relative_to(runtime_dir).as_posix(): path.read_text("utf-8") for path in files}
@@ -27,7 +29,8 @@ def joined(texts: Sequence[tuple[str, str]], runtime_dir: Path) -> str:
             name = match.group(1)
             if name in included:
                 return ""
-            included.add(name)
+            if _GUARD.search(headers[name]):
+                included.add(name)
             return expanded(headers[name])
 
         return _OWN_INCLUDE.sub(replace, text)

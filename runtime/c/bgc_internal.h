@@ -15,8 +15,7 @@
  *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c); no look
  *                                        where time_events.c has found that there is none
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
- *                                        collocation.c, with linear.c, sparse.c, blocks.c
- *                                        and complex.c;
+ *                                        collocation.c, with linear.c, sparse.c and blocks.c;
  *                                        the sums of stages are in stages.c
  *         bgc_norm                       error over the tolerances (vectors.c, tolerance.h)
  *         bgc_close_chains               closed chains at the end (closures.c)
@@ -55,11 +54,24 @@ size_t bgc_saved_count(const bgc_model *m);
 /* --- linear.c */
 bgc_pivoting bgc_choose_checks(long count, double growth, int *watched);
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
-int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
-int bgc_rounded_pivot(int n, const double *lu);
-void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
-int bgc_reserve_dense(const bgc_model *m, bgc_data *d);
+bgc_status bgc_refactorise_dense_complex(const bgc_model *m, bgc_data *d);
+bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c);
+bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b);
+
+/* --- backward_error.c */
+double bgc_backward_error_complex(const bgc_model *m, bgc_data *d, const bgc_complex *b,
+                                  const bgc_complex *x);
+
+/* --- matrices.c */
 int bgc_make_room(double **matrix, size_t *room, size_t n);
+int bgc_make_room_complex(bgc_complex **matrix, size_t *room, size_t n);
+int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
+int bgc_factorise_dense_complex(int n, bgc_complex *a, int *pivot, double *weight);
+void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
+void bgc_solve_dense_complex(int n, const bgc_complex *lu, const int *pivot, bgc_complex *b);
+int bgc_rounded_pivot(int n, const double *lu);
+int bgc_reserve_dense(const bgc_model *m, bgc_data *d);
+bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method);
 
 /* --- least_squares.c */
 typedef struct { /* n equations in n unknowns; the functions return whether all is finite */
@@ -76,10 +88,10 @@ int bgc_least_squares(const bgc_dense_system *s, double *y, const double *scale)
 int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac, double c,
                       double *lu, double *growth, double *scratch);
 void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *scratch);
-int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
-                       bgc_complex *lu, double *growth, double *scratch);
-void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
-                       bgc_complex *scratch);
+int bgc_sparse_factor_complex(const bgc_model *m, const double *mass, const double *jac,
+                              bgc_complex c, bgc_complex *lu, double *growth, double *scratch);
+void bgc_sparse_solve_complex(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
+                              double *scratch);
 
 /* --- inner.c */
 void bgc_differentiate(const bgc_model *m, bgc_data *d, double t, const double *x, double *jac,
@@ -91,17 +103,11 @@ void bgc_scale_inner(const bgc_model *m, bgc_data *d);
 int bgc_block_factor(const bgc_model *m, const double *scale, const double *mass,
                      const double *jac, double c, double *lu, double *growth, double *scratch);
 void bgc_block_solve(const bgc_model *m, const double *lu, double *b, double *scratch);
-int bgc_complex_block_factor(const bgc_model *m, const double *scale, const double *mass,
+int bgc_block_factor_complex(const bgc_model *m, const double *scale, const double *mass,
                              const double *jac, bgc_complex c, bgc_complex *factors,
                              double *growth, double *scratch);
-void bgc_complex_block_solve(const bgc_model *m, const bgc_complex *factors, bgc_complex *b,
-                             bgc_complex *scratch);
-
-/* --- complex.c */
-bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method);
-bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c);
-bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d);
-bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b);
+void bgc_block_solve_complex(const bgc_model *m, const bgc_complex *factors, bgc_complex *b,
+                             double *scratch);
 
 /* --- collocation.c: functions of the family */
 bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);

@@ -210,7 +210,7 @@ static double invert_complex(const bgc_block *b, const double *from, const doubl
 }
 
 /* Factorises W = c M - J as bgc_block_factor does; scratch is 18 n_place doubles. */
-int bgc_complex_block_factor(const bgc_model *m, const double *scale, const double *mass,
+int bgc_block_factor_complex(const bgc_model *m, const double *scale, const double *mass,
                              const double *jac, bgc_complex c, bgc_complex *factors,
                              double *growth, double *scratch) {
     const bgc_block_info *info = m->blocks;
@@ -236,14 +236,14 @@ int bgc_complex_block_factor(const bgc_model *m, const double *scale, const doub
     return sum < (double)INFINITY ? 0 : 1;
 }
 
-/* b := (c M - J)^-1 b with the factors of bgc_complex_block_factor, with inner unknowns; scratch is 18 n_place doubles. */
-void bgc_complex_block_solve(const bgc_model *m, const bgc_complex *factors, bgc_complex *b,
-                             bgc_complex *scratch) {
+/* b := (c M - J)^-1 b with the factors of bgc_block_factor_complex, with inner unknowns; scratch is 18 n_place doubles. */
+void bgc_block_solve_complex(const bgc_model *m, const bgc_complex *factors, bgc_complex *b,
+                             double *scratch) {
     const bgc_block_info *info = m->blocks;
     const bgc_block *end = info->block + info->n_block;
     const double *lu = (const double *)(const void *)factors;
     const int n = bgc_unknowns(m);
-    bgc_complex *y = scratch;
+    bgc_complex *y = (bgc_complex *)(void *)scratch;
 
     for (int k = 0; k < n; k++) {
         y[info->row_place[k]] = b[k];

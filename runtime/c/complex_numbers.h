@@ -12,6 +12,10 @@ static inline bgc_complex bgc_times(bgc_complex a, bgc_complex b) {
     return (bgc_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
 }
 
+static inline bgc_complex bgc_plus(bgc_complex a, bgc_complex b) {
+    return (bgc_complex){a.re + b.re, a.im + b.im};
+}
+
 static inline bgc_complex bgc_minus(bgc_complex a, bgc_complex b) {
     return (bgc_complex){a.re - b.re, a.im - b.im};
 }

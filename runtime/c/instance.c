@@ -68,8 +68,8 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->device);
     free(d->dense_lu);
     free(d->inner);
-    free(d->dense_complex);
-    free(d->complex_pivot);
+    free(d->dense_lu_complex);
+    free(d->pivot_complex);
     free(d->block_lu);
     free(d->block_search);
     free(d->pivot);
@@ -144,8 +144,8 @@ static void clear_run(bgc_core *core, double t) {
     core->stop = INFINITY;
     bgc_schedule(core);
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
-    core->complex_watched = 0;
-    core->complex_factorisations = 0;
+    core->watched_complex = 0;
+    core->factorisations_complex = 0;
     core->halvings = core->unreturned = 0;
     core->dense = BGC_NO_DENSE;
     bgc_begin_sample(core);

@@ -185,10 +185,10 @@ typedef struct {
     int watched; /* factorisations whose solutions are all still to be checked */
 
     /* The same for the complex factorisation of a collocation method. */
-    bgc_complex complex_c;
-    bgc_pivoting complex_pivoting;
-    int complex_watched;
-    long complex_factorisations;
+    bgc_complex c_complex;
+    bgc_pivoting pivoting_complex;
+    int watched_complex;
+    long factorisations_complex;
 
     double spectral_bound;  /* see stiffness.c */
     bgc_spectrum spectrum;
@@ -261,7 +261,7 @@ struct bgc_data {
     double *direction, *image; /* of the power iteration of spectrum.c, and its image */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
-    bgc_complex *complex_lu;
+    bgc_complex *lu_complex;
     double *closed_before;  /* dw/dx and responses of closed chains at the present */
     double *response_size;  /* of each row of these: the largest diagonal of S so far */
     double *off;            /* how far the present is off, true minus computed: global_error.c, */
@@ -274,8 +274,7 @@ struct bgc_data {
     /* Scratch. */
     double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
     double *implicit;       /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
-    bgc_complex *complex_right, *complex_b, *complex_residual;
-    double *complex_work;   /* 3 n_state: complex elimination */
+    bgc_complex *complex_right, *b_complex, *residual_complex;
     double *next, *error;   /* the solution and the error estimate of a step */
     double *noise;          /* the error estimate of a perturbed attempt */
     double *f_last;         /* f at the last stage of an explicit step */
@@ -295,21 +294,21 @@ struct bgc_data {
     bgc_range *timed_range; /* 2 n_timed: of each argument of a switch of time alone, and its derivative */
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
-    double *sparse_work;    /* 2 n_unknowns: elimination by tables */
+    double *sparse_work;    /* 3 n_unknowns: elimination by tables */
     double *block_work;     /* 18 n_place: elimination in blocks */
     double *reach;          /* n_unknowns: sizes of a solution that count in its check */
     double *off_work;       /* 10 vectors of states: global_error.c, */
     double *off_output, *off_reset; /* outputs of the true state; of all resets */
     double *off_argument, *off_along, *off_rate; /* n_switch: arguments at an event, and their derivatives */
     double *wide;           /* n_unknowns: a right-hand side with inner rows, and its solution */
-    bgc_complex *complex_wide;
+    bgc_complex *wide_complex;
     double *local, *slopes; /* n_local; n_jac: inner.c */
     double *inner;          /* a dense matrix of all unknowns */
     size_t inner_room;
     double *dense_lu;       /* n by n: dense factors */
-    size_t dense_room, block_room; /* rows and columns that dense_lu and block_lu have room for */
-    bgc_complex *dense_complex; /* n by n; NULL before it is needed, see complex.c */
-    int *pivot, *complex_pivot;
+    bgc_complex *dense_lu_complex;
+    size_t dense_room, dense_room_complex, block_room; /* rows and columns that there is room for */
+    int *pivot, *pivot_complex;
 
     /* The block of states that the algebraic equations are solved for, and scratch: consistent.c. */
     int n_block;

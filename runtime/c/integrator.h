@@ -263,7 +263,6 @@ BGC_TWICE void bgc_multiply_mass(const bgc_model *m, const bgc_ivp *d, const num
                                  number *out);
 
 /* --- backward_error.c */
-BGC_TWICE void bgc_raise_to_least_part(const bgc_model *m, bgc_ivp *d);
 BGC_TWICE number bgc_backward_error(const bgc_model *m, bgc_ivp *d, const number *b,
                                     const number *x);
 

@@ -96,7 +96,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
-    d->complex_lu = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
+    d->lu_complex = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
     d->closed_before = place(&l, responses);
     d->response_size = place(&l, (size_t)c->n_row);
     d->chosen = place(&l, choices);
@@ -113,9 +113,8 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
     d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
     d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
-    d->complex_b = (bgc_complex *)(void *)place(&l, 2 * unknown);
-    d->complex_residual = (bgc_complex *)(void *)place(&l, 2 * unknown);
-    d->complex_work = place(&l, 3 * unknown);
+    d->b_complex = (bgc_complex *)(void *)place(&l, 2 * unknown);
+    d->residual_complex = (bgc_complex *)(void *)place(&l, 2 * unknown);
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->noise = place(&l, n);
@@ -169,10 +168,10 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     /* Scratch of kernels and of linear algebra, with inner unknowns. */
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
-    d->sparse_work = place(&l, 2 * unknown);
+    d->sparse_work = place(&l, 3 * unknown);
     d->block_work = place(&l, m->blocks == NULL ? 0 : 18 * (size_t)m->blocks->n_place);
     d->wide = place(&l, m->n_inner > 0 ? unknown : 0);
-    d->complex_wide = (bgc_complex *)(void *)place(&l, m->n_inner > 0 ? 2 * unknown : 0);
+    d->wide_complex = (bgc_complex *)(void *)place(&l, m->n_inner > 0 ? 2 * unknown : 0);
     d->local = place(&l, m->n_inner > 0 ? local : 0);
     d->slopes = place(&l, m->n_inner > 0 ? slopes : 0);
     d->reach = place(&l, unknown);

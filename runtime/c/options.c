@@ -137,7 +137,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     bgc_schedule(core);
     core->dense = BGC_NO_DENSE;
     core->held = core->rejected = core->halvings = 0;
-    core->pivoting = core->complex_pivoting = BGC_STATIC;
+    core->pivoting = core->pivoting_complex = BGC_STATIC;
     core->h_next = 0.0;
     core->error_old = 1.0;
     bgc_reset_choice(m, d);

@@ -61,8 +61,8 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
     if (status == BGC_OK && d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
         status = bgc_refactorise_dense(m, d);
     }
-    if (status == BGC_OK && d->core.held > 0 && d->core.complex_pivoting == BGC_DENSE) {
-        status = bgc_refactorise_complex(m, d);
+    if (status == BGC_OK && d->core.held > 0 && d->core.pivoting_complex == BGC_DENSE) {
+        status = bgc_refactorise_dense_complex(m, d);
     }
     return status;
 }

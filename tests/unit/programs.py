@@ -371,7 +371,7 @@ class CompiledModel:
         growth = self._poisoned(1)
         at = [array.ctypes.data for array in (m, jac)]
         if is_complex:
-            factor = self._library.bgc_complex_factor
+            factor = self._library.bgc_sparse_factor_complex
             factor.argtypes = [*[ctypes.c_void_p] * 3, _Complex, *[ctypes.c_void_p] * 3]
             shift: complex | _Complex = _Complex(c.real, c.imag)
         else:
@@ -382,7 +382,8 @@ class CompiledModel:
         assert factor(model, *at, shift, *more) == 0
         assert growth[0] > 0
         x = b.astype(complex if is_complex else float)
-        solve = self._library.bgc_complex_solve if is_complex else self._library.bgc_sparse_solve
+        library = self._library
+        solve = library.bgc_sparse_solve_complex if is_complex else library.bgc_sparse_solve
         solve.argtypes = [ctypes.c_void_p] * 4
         solve(model, lu.ctypes.data, x.ctypes.data, work.ctypes.data)
         return x

@@ -28,12 +28,19 @@ UNITS = {
 }
 
 
+def text_of(path: Path) -> str:
+    """The text of a file and of the sources that it includes once for each kind of number."""
+    text = path.read_text("utf-8")
+    included = re.findall(r'^#include "(\w+_kinds\.h)"', text, re.MULTILINE)
+    for name, kind in zip(included, ("", "_complex"), strict=False):
+        source = (FOLDER / name).read_text("utf-8")
+        text += re.sub(r"BGC_KIND\((\w+)\)", rf"\g<1>{kind}", source)
+    return text
+
+
 def calls_of(files: list[Path]) -> dict[str, set[str]]:
     """Names of files by file: those that define the functions and data that it uses."""
-    texts = {
-        path.name: re.sub(r"/\*.*?\*/", "", path.read_text("utf-8"), flags=re.DOTALL)
-        for path in files
-    }
+    texts = {path.name: re.sub(r"/\*.*?\*/", "", text_of(path), flags=re.DOTALL) for path in files}
     owner = {name: file for file, text in texts.items() for name in _DEFINITION.findall(text)}
     return {
         file: {owner[name] for name in re.findall(r"\b\w+", text) if name in owner} - {file}
@@ -54,7 +61,7 @@ def test_no_static_name_is_used_by_two_files(files: list[Path]) -> None:
     declared = re.compile(r"^static [\w \*]*?\b(\w+)(?=\(| =|\[|;)", re.MULTILINE)
     own: dict[str, str] = {}
     for path in files:
-        for name in set(declared.findall(path.read_text("utf-8"))):
+        for name in set(declared.findall(text_of(path))):
             other = own.setdefault(name, path.name)
             assert other == path.name, f"`{name}` is in {other} and {path.name}"
     assert len(own) > 10

@@ -190,7 +190,7 @@ def emitted(guarded: bool, folder: Path) -> Library:
         for file, guard, none in (
             ("solutions.h", "bgc_acceptable = 1e-11;", f"bgc_acceptable = {INFINITE};"),
             ("solutions.h", "bgc_growth_limit = 1e5;", f"bgc_growth_limit = {INFINITE};"),
-            ("linear.c", "if (failed != 0 || !isfinite(growth))", "if (failed < 0)"),
+            ("linear_kinds.h", "if (failed != 0 || !isfinite(growth))", "if (failed < 0)"),
         ):
             source = (runtime / file).read_text()
             assert guard in source
