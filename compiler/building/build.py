@@ -47,7 +47,6 @@ _LOOPS = frozenset(
         "accounts",
         "blocks",
         "checks",
-        "complex_blocks",
         "corrections",
         "dense",
         "explicit",
@@ -66,7 +65,7 @@ _LOOPS = frozenset(
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
 # replace them in a model that does not need them.
 _OPTIONAL = {
-    "blocks": ("block_pivots", "blocks", "complex_blocks"),
+    "blocks": ("block_pivots", "blocks"),
     "closures": ("chain_kernel", "closures", "closed_start", "chosen_rows", "singular_chains"),
     "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),

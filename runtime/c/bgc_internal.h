@@ -99,7 +99,7 @@ void bgc_differentiate(const bgc_model *m, bgc_data *d, double t, const double *
 const double *bgc_slopes(const bgc_model *m, bgc_data *d);
 void bgc_scale_inner(const bgc_model *m, bgc_data *d);
 
-/* --- blocks.c, complex_blocks.c */
+/* --- blocks.c */
 int bgc_block_factor(const bgc_model *m, const double *scale, const double *mass,
                      const double *jac, double c, double *lu, double *growth, double *scratch);
 void bgc_block_solve(const bgc_model *m, const double *lu, double *b, double *scratch);

@@ -40,85 +40,236 @@ static const double on_diagonal[8][8] = {
     {0, 0, 0, 0, 0, 0, 1, 0}, {0, 0, 0, 0, 0, 0, 0, 1},
 };
 
-/* Kernels for columns of type T with n doubles. Numbers of rows and of columns of other blocks are
- * constants where they are called, so that loops over them leave no code and vectors stay in
- * registers.
+/* --- columns ------------------------------------------------------------------------------------ */
+
+/* Entry k of a column: one of complex numbers is one of real parts, and `gap` doubles behind it one of
+ * imaginary parts: in lu the number of rows behind, in the sheet 8, in a solution n_place. */
+static inline double get_entry(const double *from, int k, int gap) { return (void)gap, from[k]; }
+static inline bgc_complex get_entry_complex(const double *from, int k, int gap) {
+    return (bgc_complex){from[k], from[gap + k]};
+}
+
+/* Functions of a column that are not in block_vectors.h: 0, load, store, a - b. */
+#define BGC_REAL_COLUMN(T)                                                                     \
+    BGC_ALWAYS T zero_##T(void) { return load_##T(below_diagonal[7]); }                        \
+    BGC_ALWAYS T take_##T(const double *from, int gap) { return (void)gap, load_##T(from); }   \
+    BGC_ALWAYS void put_##T(double *to, int gap, T x) { (void)gap, store_##T(to, x); }         \
+    BGC_ALWAYS T less_##T(T a, T b) { return minus_##T(a, b, 1.0); }
+
+BGC_REAL_COLUMN(rows1)
+BGC_REAL_COLUMN(rows2)
+BGC_REAL_COLUMN(rows4)
+BGC_REAL_COLUMN(rows8)
+
+/* The complex column Z of two of type T. */
+#define BGC_COMPLEX_COLUMN(Z, T)                                                               \
+    typedef struct {                                                                           \
+        T re, im;                                                                              \
+    } Z;                                                                                       \
+    BGC_ALWAYS Z zero_##Z(void) { return (Z){zero_##T(), zero_##T()}; }                        \
+    BGC_ALWAYS Z take_##Z(const double *from, int gap) {                                       \
+        return (Z){load_##T(from), load_##T(from + gap)};                                      \
+    }                                                                                          \
+    BGC_ALWAYS void put_##Z(double *to, int gap, Z x) {                                        \
+        store_##T(to, x.re);                                                                   \
+        store_##T(to + gap, x.im);                                                             \
+    }                                                                                          \
+    BGC_ALWAYS Z add_##Z(Z a, Z b) { return (Z){add_##T(a.re, b.re), add_##T(a.im, b.im)}; }   \
+    BGC_ALWAYS Z less_##Z(Z a, Z b) { return (Z){less_##T(a.re, b.re), less_##T(a.im, b.im)}; } \
+    BGC_ALWAYS Z plus_##Z(Z sum, Z x, bgc_complex s) {                                         \
+        return (Z){minus_##T(plus_##T(sum.re, x.re, s.re), x.im, s.im),                        \
+                   plus_##T(plus_##T(sum.im, x.re, s.im), x.im, s.re)};                        \
+    }                                                                                          \
+    BGC_ALWAYS Z minus_##Z(Z sum, Z x, bgc_complex s) {                                        \
+        return plus_##Z(sum, x, (bgc_complex){-s.re, -s.im});                                  \
+    }                                                                                          \
+    BGC_ALWAYS Z times_##Z(Z x, bgc_complex s) { return plus_##Z(zero_##Z(), x, s); }          \
+    BGC_ALWAYS Z plus_at_##Z(Z sum, Z x, Z e, const int k) {                                   \
+        return plus_##Z(sum, x, (bgc_complex){get_##T(e.re, k), get_##T(e.im, k)});            \
+    }
+
+BGC_COMPLEX_COLUMN(complex1, rows1)
+BGC_COMPLEX_COLUMN(complex2, rows2)
+BGC_COMPLEX_COLUMN(complex4, rows4)
+BGC_COMPLEX_COLUMN(complex8, rows8)
+
+/* --- kernels ------------------------------------------------------------------------------------ */
+
+/* Kernels for columns of type C with n numbers of S doubles each, of which ENTRY is one. UNROLL unrolls a
+ * loop, and UPDATE(C, rows, ...) calls update_C for a block with this many rows. For real columns numbers of rows
+ * and of columns of other blocks are constants where kernels are called, so that loops over them leave
+ * no code and vectors stay in registers. For complex ones they are not: methods with complex stages are
+ * used for reference solutions, and code for each pair of numbers takes the C compiler 2 s.
  *
  * clear: the columns of a block and of its lists, 0.
- * update: one block `s` with w columns, wide doubles each: L at keep, then the columns right of it.
+ * update: one block `s` with w columns, `wide` numbers each: L at keep, then the columns right of it.
  * gather: the same for all blocks left of a block; returns the end of its L.
- * invert: N and V at to, of a block with r rows; returns the growth of its pivots, or infinity where
- *     rows of more than one have to be exchanged. The size of a row is the root of its sum of squares.
  * carry: U at to.
  * forward, backward: of one block in a solution. */
-#define BGC_BLOCK_KERNELS(T, n)                                                                \
-    static void clear_##T(const bgc_block_info *info, const bgc_block *b, double *sheet) {     \
-        const T zero = load_##T(below_diagonal[7]);                                            \
+#define BGC_BLOCK_KERNELS(C, n, S, ENTRY, UNROLL, UPDATE)                                      \
+    static void clear_##C(const bgc_block_info *info, const bgc_block *b, double *sheet) {     \
+        const C zero = zero_##C();                                                             \
         for (int e = b->left; e < b[1].left; e++) {                                            \
             const bgc_block *s = info->block + info->left[e];                                  \
             for (int k = 0; k < s->rows; k++) {                                                \
-                store_##T(sheet + 8 * (s->at + k), zero);                                      \
+                put_##C(sheet + 8 * (S) * (s->at + k), 8, zero);                               \
             }                                                                                  \
         }                                                                                      \
         for (int k = 0; k < b->rows; k++) {                                                    \
-            store_##T(sheet + 8 * (b->at + k), zero);                                          \
+            put_##C(sheet + 8 * (S) * (b->at + k), 8, zero);                                   \
         }                                                                                      \
         for (int e = b->right; e < b[1].right; e++) {                                          \
-            store_##T(sheet + 8 * info->right[e], zero);                                       \
+            put_##C(sheet + 8 * (S) * info->right[e], 8, zero);                                \
         }                                                                                      \
     }                                                                                          \
                                                                                                \
-    BGC_ALWAYS void update_##T(const int w, const int wide, const double *restrict inverse,    \
+    BGC_ALWAYS void update_##C(const int w, const int wide, const double *restrict inverse,    \
                                const int *restrict column, int count, double *restrict sheet,  \
                                const double *restrict from, double *restrict keep) {           \
-        const double *restrict upper = inverse + w * wide;                                     \
-        T left[8];                                                                             \
-        BGC_UNROLL for (int k = 0; k < w; k++) {                                               \
-            left[k] = load_##T(from + 8 * k);                                                  \
+        const double *restrict upper = inverse + w * wide * (S);                               \
+        C left[8];                                                                             \
+        UNROLL for (int k = 0; k < w; k++) {                                                   \
+            left[k] = take_##C(from + 8 * (S) * k, 8);                                         \
         }                                                                                      \
-        BGC_UNROLL for (int k = w - 1; k >= 0; k--) {                                          \
-            T sum = times_##T(left[k], inverse[k * wide + k]);                                 \
-            BGC_UNROLL for (int j = 0; j < k; j++) {                                           \
-                sum = plus_##T(sum, left[j], inverse[k * wide + j]);                           \
+        UNROLL for (int k = w - 1; k >= 0; k--) {                                              \
+            const double *v = inverse + k * wide * (S);                                        \
+            C sum = times_##C(left[k], ENTRY(v, k, wide));                                     \
+            UNROLL for (int j = 0; j < k; j++) {                                               \
+                sum = plus_##C(sum, left[j], ENTRY(v, j, wide));                               \
             }                                                                                  \
             left[k] = sum;                                                                     \
-            store_##T(keep + k * (n), sum);                                                    \
+            put_##C(keep + k * (n) * (S), n, sum);                                             \
         }                                                                                      \
         for (int e = 0; e < count; e++) {                                                      \
-            double *at = sheet + 8 * column[e];                                                \
-            T sum = load_##T(at);                                                              \
-            BGC_UNROLL for (int k = 0; k < w; k++) {                                           \
-                sum = minus_##T(sum, left[k], upper[e * wide + k]);                            \
+            double *at = sheet + 8 * (S) * column[e];                                          \
+            C sum = take_##C(at, 8);                                                           \
+            UNROLL for (int k = 0; k < w; k++) {                                               \
+                sum = minus_##C(sum, left[k], ENTRY(upper + e * wide * (S), k, wide));         \
             }                                                                                  \
-            store_##T(at, sum);                                                                \
+            put_##C(at, 8, sum);                                                               \
         }                                                                                      \
     }                                                                                          \
                                                                                                \
-    static BGC_NEVER double *gather_##T(const bgc_block_info *info, const bgc_block *b,        \
+    static BGC_NEVER double *gather_##C(const bgc_block_info *info, const bgc_block *b,        \
                                         const double *lu, double *sheet, double *keep) {       \
         for (int e = b->left; e < b[1].left; e++) {                                            \
             const bgc_block *s = info->block + info->left[e];                                  \
             const int *column = info->right + s->right, count = s[1].right - s->right;         \
-            const double *inverse = lu + s->upper, *from = sheet + 8 * s->at;                  \
-            switch (s->rows) {                                                                 \
-            case 1: update_##T(1, 1, inverse, column, count, sheet, from, keep); break;        \
-            case 2: update_##T(2, 2, inverse, column, count, sheet, from, keep); break;        \
-            case 3: update_##T(3, 4, inverse, column, count, sheet, from, keep); break;        \
-            case 4: update_##T(4, 4, inverse, column, count, sheet, from, keep); break;        \
-            case 5: update_##T(5, 8, inverse, column, count, sheet, from, keep); break;        \
-            case 6: update_##T(6, 8, inverse, column, count, sheet, from, keep); break;        \
-            case 7: update_##T(7, 8, inverse, column, count, sheet, from, keep); break;        \
-            default: update_##T(8, 8, inverse, column, count, sheet, from, keep);              \
-            }                                                                                  \
-            keep += s->rows * (n);                                                             \
+            const double *inverse = lu + (S) * s->upper, *from = sheet + 8 * (S) * s->at;      \
+            UPDATE(C, s->rows, inverse, column, count, sheet, from, keep)                      \
+            keep += s->rows * (n) * (S);                                                       \
         }                                                                                      \
         return keep;                                                                           \
     }                                                                                          \
                                                                                                \
+    BGC_ALWAYS void carry_##C(const int r, const double *restrict lower,                       \
+                              const int *restrict column, int count,                           \
+                              const double *restrict sheet, double *restrict to) {             \
+        const int inner = r > 1 ? r : 0;                                                       \
+        C across[8] = {zero_##C()};                                                            \
+        UNROLL for (int k = 0; k < inner; k++) {                                               \
+            across[k] = take_##C(lower + k * (n) * (S), n);                                    \
+        }                                                                                      \
+        for (int e = 0; e < count; e++) {                                                      \
+            const double *x = sheet + 8 * (S) * column[e];                                     \
+            C sum = r > 1 ? times_##C(across[0], ENTRY(x, 0, 8)) : take_##C(x, 8);             \
+            UNROLL for (int k = 1; k < inner; k++) {                                           \
+                sum = plus_##C(sum, across[k], ENTRY(x, k, 8));                                \
+            }                                                                                  \
+            put_##C(to + e * (n) * (S), n, sum);                                               \
+        }                                                                                      \
+    }                                                                                          \
+                                                                                               \
+    BGC_ALWAYS void forward_##C(const int r, const bgc_block_info *info, const bgc_block *b,   \
+                                const double *lu, double *restrict y) {                        \
+        const int inner = r > 1 ? r : 0, gap = info->n_place;                                  \
+        const double *l = lu + (S) * b->factors;                                               \
+        C even = zero_##C(), odd = even, x;                                                    \
+        for (int e = b->left; e < b[1].left; e++) {                                            \
+            const bgc_block *s = info->block + info->left[e];                                  \
+            const double *of = y + s->at;                                                      \
+            int k = 0;                                                                         \
+            for (; k + 2 <= s->rows; k += 2, l += 2 * (n) * (S)) {                             \
+                even = plus_##C(even, take_##C(l, n), ENTRY(of, k, gap));                      \
+                odd = plus_##C(odd, take_##C(l + (n) * (S), n), ENTRY(of, k + 1, gap));        \
+            }                                                                                  \
+            if (k < s->rows) {                                                                 \
+                even = plus_##C(even, take_##C(l, n), ENTRY(of, k, gap));                      \
+                l += (n) * (S);                                                                \
+            }                                                                                  \
+        }                                                                                      \
+        x = less_##C(take_##C(y + b->at, gap), add_##C(even, odd));                            \
+        odd = zero_##C();                                                                      \
+        even = r > 1 ? odd : x;                                                                \
+        UNROLL for (int k = 0; k < inner; k += 2) {                                            \
+            even = plus_at_##C(even, take_##C(l + k * (n) * (S), n), x, k);                    \
+            if (k + 1 < r) {                                                                   \
+                odd = plus_at_##C(odd, take_##C(l + (k + 1) * (n) * (S), n), x, k + 1);        \
+            }                                                                                  \
+        }                                                                                      \
+        put_##C(y + b->at, gap, add_##C(even, odd));                                           \
+    }                                                                                          \
+                                                                                               \
+    BGC_ALWAYS void backward_##C(const int r, const bgc_block_info *info, const bgc_block *b,  \
+                                 const double *lu, double *restrict y) {                       \
+        const double *inverse = lu + (S) * b->upper, *u = inverse + r * (n) * (S);             \
+        const int *column = info->right + b->right, count = b[1].right - b->right;             \
+        const int wide = (n) * (S), gap = info->n_place;                                       \
+        C one = zero_##C(), two = one, three = one, four = one;                                \
+        int e = 0;                                                                             \
+        for (; e + 4 <= count; e += 4, u += 4 * wide) {                                        \
+            one = plus_##C(one, take_##C(u, n), ENTRY(y, column[e], gap));                     \
+            two = plus_##C(two, take_##C(u + wide, n), ENTRY(y, column[e + 1], gap));          \
+            three = plus_##C(three, take_##C(u + 2 * wide, n), ENTRY(y, column[e + 2], gap));  \
+            four = plus_##C(four, take_##C(u + 3 * wide, n), ENTRY(y, column[e + 3], gap));    \
+        }                                                                                      \
+        for (; e < count; e++, u += wide) {                                                    \
+            one = plus_##C(one, take_##C(u, n), ENTRY(y, column[e], gap));                     \
+        }                                                                                      \
+        one = add_##C(add_##C(one, two), add_##C(three, four));                                \
+        two = less_##C(take_##C(y + b->at, gap), one);                                         \
+        one = three = zero_##C();                                                              \
+        UNROLL for (int k = 0; k < r; k += 2) {                                                \
+            one = plus_at_##C(one, take_##C(inverse + k * wide, n), two, k);                   \
+            if (k + 1 < r) {                                                                   \
+                three = plus_at_##C(three, take_##C(inverse + (k + 1) * wide, n), two, k + 1); \
+            }                                                                                  \
+        }                                                                                      \
+        put_##C(y + b->at, gap, add_##C(one, three));                                          \
+    }
+
+/* Calls update_C with the constants of a block with this many rows, */
+#define BGC_UPDATE_EACH(C, rows, ...)                                                          \
+    switch (rows) {                                                                            \
+    case 1: update_##C(1, 1, __VA_ARGS__); break;                                              \
+    case 2: update_##C(2, 2, __VA_ARGS__); break;                                              \
+    case 3: update_##C(3, 4, __VA_ARGS__); break;                                              \
+    case 4: update_##C(4, 4, __VA_ARGS__); break;                                              \
+    case 5: update_##C(5, 8, __VA_ARGS__); break;                                              \
+    case 6: update_##C(6, 8, __VA_ARGS__); break;                                              \
+    case 7: update_##C(7, 8, __VA_ARGS__); break;                                              \
+    default: update_##C(8, 8, __VA_ARGS__);                                                    \
+    }
+/* or the one form for all of them. */
+#define BGC_UPDATE_ALL(C, rows, ...) update_##C(rows, bgc_column_size(rows), __VA_ARGS__);
+#define BGC_NO_UNROLL
+
+BGC_BLOCK_KERNELS(rows1, 1, 1, get_entry, BGC_UNROLL, BGC_UPDATE_EACH)
+BGC_BLOCK_KERNELS(rows2, 2, 1, get_entry, BGC_UNROLL, BGC_UPDATE_EACH)
+BGC_BLOCK_KERNELS(rows4, 4, 1, get_entry, BGC_UNROLL, BGC_UPDATE_EACH)
+BGC_BLOCK_KERNELS(rows8, 8, 1, get_entry, BGC_UNROLL, BGC_UPDATE_EACH)
+BGC_BLOCK_KERNELS(complex1, 1, 2, get_entry_complex, BGC_NO_UNROLL, BGC_UPDATE_ALL)
+BGC_BLOCK_KERNELS(complex2, 2, 2, get_entry_complex, BGC_NO_UNROLL, BGC_UPDATE_ALL)
+BGC_BLOCK_KERNELS(complex4, 4, 2, get_entry_complex, BGC_NO_UNROLL, BGC_UPDATE_ALL)
+BGC_BLOCK_KERNELS(complex8, 8, 2, get_entry_complex, BGC_NO_UNROLL, BGC_UPDATE_ALL)
+
+/* N and V at to, of a block with r rows of type T; returns the growth of its pivots, or infinity where
+ * rows of more than one have to be exchanged. The size of a row is the root of its sum of squares. */
+#define BGC_BLOCK_INVERSE(T, n)                                                                \
     BGC_ALWAYS double invert_##T(const int r, const double *from, const double *size,          \
                                  const double *unit, double *to) {                             \
         const int inner = r > 1 ? r : 0;                                                       \
-        T lower[8], upper[8], inverse[8], of_row = load_##T(below_diagonal[7]), grown = of_row;\
+        T lower[8], upper[8], inverse[8], of_row = load_##T(below_diagonal[7]), grown = of_row; \
         double reciprocal[8], growth = 0.0, part[8], multipliers = 0.0;                        \
         BGC_UNROLL for (int k = 0; k < inner; k++) {                                           \
             const T x = times_##T(load_##T(from + 8 * k), unit[k]);                            \
@@ -161,89 +312,14 @@ static const double on_diagonal[8][8] = {
             store_##T(to + k * (n), inverse[k]);                                               \
         }                                                                                      \
         return growth;                                                                         \
-    }                                                                                          \
-                                                                                               \
-    BGC_ALWAYS void carry_##T(const int r, const double *restrict lower,                       \
-                              const int *restrict column, int count,                           \
-                              const double *restrict sheet, double *restrict to) {             \
-        const int inner = r > 1 ? r : 0;                                                       \
-        T across[8] = {load_##T(below_diagonal[7])};                                           \
-        BGC_UNROLL for (int k = 0; k < inner; k++) {                                           \
-            across[k] = load_##T(lower + k * (n));                                             \
-        }                                                                                      \
-        for (int e = 0; e < count; e++) {                                                      \
-            const double *x = sheet + 8 * column[e];                                           \
-            T sum = r > 1 ? times_##T(across[0], x[0]) : load_##T(x);                          \
-            BGC_UNROLL for (int k = 1; k < inner; k++) {                                       \
-                sum = plus_##T(sum, across[k], x[k]);                                          \
-            }                                                                                  \
-            store_##T(to + e * (n), sum);                                                      \
-        }                                                                                      \
-    }                                                                                          \
-                                                                                               \
-    BGC_ALWAYS void forward_##T(const int r, const bgc_block_info *info, const bgc_block *b,   \
-                                const double *lu, double *restrict y) {                        \
-        const int inner = r > 1 ? r : 0;                                                       \
-        const double *l = lu + b->factors;                                                     \
-        T even = load_##T(below_diagonal[7]), odd = even, x;                                   \
-        for (int e = b->left; e < b[1].left; e++) {                                            \
-            const bgc_block *s = info->block + info->left[e];                                  \
-            const double *of = y + s->at;                                                      \
-            int k = 0;                                                                         \
-            for (; k + 2 <= s->rows; k += 2, l += 2 * (n)) {                                   \
-                even = plus_##T(even, load_##T(l), of[k]);                                     \
-                odd = plus_##T(odd, load_##T(l + (n)), of[k + 1]);                             \
-            }                                                                                  \
-            if (k < s->rows) {                                                                 \
-                even = plus_##T(even, load_##T(l), of[k]);                                     \
-                l += (n);                                                                      \
-            }                                                                                  \
-        }                                                                                      \
-        x = minus_##T(load_##T(y + b->at), add_##T(even, odd), 1.0);                           \
-        odd = load_##T(below_diagonal[7]);                                                     \
-        even = r > 1 ? odd : x;                                                                \
-        BGC_UNROLL for (int k = 0; k < inner; k += 2) {                                        \
-            even = plus_at_##T(even, load_##T(l + k * (n)), x, k);                             \
-            if (k + 1 < r) {                                                                   \
-                odd = plus_at_##T(odd, load_##T(l + (k + 1) * (n)), x, k + 1);                 \
-            }                                                                                  \
-        }                                                                                      \
-        store_##T(y + b->at, add_##T(even, odd));                                              \
-    }                                                                                          \
-                                                                                               \
-    BGC_ALWAYS void backward_##T(const int r, const bgc_block_info *info, const bgc_block *b,  \
-                                 const double *lu, double *restrict y) {                       \
-        const double *inverse = lu + b->upper, *u = inverse + r * (n);                         \
-        const int *column = info->right + b->right, count = b[1].right - b->right;             \
-        T one = load_##T(below_diagonal[7]), two = one, three = one, four = one;               \
-        int e = 0;                                                                             \
-        for (; e + 4 <= count; e += 4, u += 4 * (n)) {                                         \
-            one = plus_##T(one, load_##T(u), y[column[e]]);                                    \
-            two = plus_##T(two, load_##T(u + (n)), y[column[e + 1]]);                          \
-            three = plus_##T(three, load_##T(u + 2 * (n)), y[column[e + 2]]);                  \
-            four = plus_##T(four, load_##T(u + 3 * (n)), y[column[e + 3]]);                    \
-        }                                                                                      \
-        for (; e < count; e++, u += (n)) {                                                     \
-            one = plus_##T(one, load_##T(u), y[column[e]]);                                    \
-        }                                                                                      \
-        one = add_##T(add_##T(one, two), add_##T(three, four));                                \
-        two = minus_##T(load_##T(y + b->at), one, 1.0);                                        \
-        one = three = load_##T(below_diagonal[7]);                                             \
-        BGC_UNROLL for (int k = 0; k < r; k += 2) {                                            \
-            one = plus_at_##T(one, load_##T(inverse + k * (n)), two, k);                       \
-            if (k + 1 < r) {                                                                   \
-                three = plus_at_##T(three, load_##T(inverse + (k + 1) * (n)), two, k + 1);     \
-            }                                                                                  \
-        }                                                                                      \
-        store_##T(y + b->at, add_##T(one, three));                                             \
     }
 
-BGC_BLOCK_KERNELS(rows1, 1)
-BGC_BLOCK_KERNELS(rows2, 2)
-BGC_BLOCK_KERNELS(rows4, 4)
-BGC_BLOCK_KERNELS(rows8, 8)
+BGC_BLOCK_INVERSE(rows1, 1)
+BGC_BLOCK_INVERSE(rows2, 2)
+BGC_BLOCK_INVERSE(rows4, 4)
+BGC_BLOCK_INVERSE(rows8, 8)
 
-/* Runs DO(T, n, r) with the constants of a block with this many rows. */
+/* Runs DO(C, n, r) with the constants of a block with this many rows. */
 #define BGC_OF_ROWS(rows, DO)                                                                  \
     switch (rows) {                                                                            \
     case 1: DO(rows1, 1, 1); break;                                                            \
@@ -255,107 +331,60 @@ BGC_BLOCK_KERNELS(rows8, 8)
     case 7: DO(rows8, 8, 7); break;                                                            \
     default: DO(rows8, 8, 8);                                                                  \
     }
-
-/* Adds the rows of a block of W = c M - J to its sheet; size[k] := the sum of the absolute values of
- * the terms of entry k of the diagonal. */
-static void load_block(const bgc_model *m, const bgc_block *b, const double *restrict mass,
-                       const double *restrict jac, double c, double *restrict sheet,
-                       double *restrict size) {
-    const bgc_block_info *info = m->blocks;
-    const int *restrict entry = info->jac, *restrict to = info->jac_to, end = b[1].jac;
-    double *at = sheet + 8 * b->at;
-
-    for (int e = b->mass; e < b[1].mass; e++) {
-        sheet[info->mass_to[e]] += m->n_mass > 0 ? c * mass[info->mass[e]] : c;
+#define BGC_OF_ROWS_complex(rows, DO)                                                          \
+    switch (bgc_column_size(rows)) {                                                           \
+    case 1: DO(complex1, 1, rows); break;                                                      \
+    case 2: DO(complex2, 2, rows); break;                                                      \
+    case 4: DO(complex4, 4, rows); break;                                                      \
+    default: DO(complex8, 8, rows);                                                            \
     }
-    for (int k = 0; k < b->rows; k++) {
-        size[k] = at[8 * k + k];
-    }
-    BGC_UNROLL for (int e = b->jac; e < end; e++) {
-        sheet[to[e]] -= jac[entry[e]];
-    }
-    for (int k = 0; k < b->rows; k++) {
-        size[k] = fabs(size[k]) + fabs(size[k] - at[8 * k + k]);
-    }
-}
 
-/* Exchanges rows of a block whose pivots grow; returns the growth, which is not finite where no
- * exchange helps. */
-static BGC_NEVER double exchange_rows(const bgc_block *b, const double *from, const double *size,
-                                      const double *unit, double *to) {
-    const int wide = bgc_column_size(b->rows);
-    bgc_complex block[64], lower[64], upper[64];
-    double growth;
-
-    for (int k = 0; k < b->rows; k++) {
-        for (int i = 0; i < b->rows; i++) {
-            block[8 * k + i] = (bgc_complex){from[8 * k + i], 0.0};
-        }
-    }
-    growth = bgc_pivot_block(b->rows, block, size, unit, lower, upper);
-    if (!isfinite(growth)) {
-        return growth;
-    }
-    for (int k = 0; k < b->rows; k++) {
-        for (int i = 0; i < b->rows; i++) {
-            to[k * wide + i] = lower[8 * k + i].re;
-            to[(b->rows + k) * wide + i] = upper[8 * k + i].re;
-        }
-    }
-    return growth;
-}
-
-/* Factorises W = c M - J as bgc_model.factor does, with the scales of the unknowns; scratch is 9 n_place
- * doubles. */
-int bgc_block_factor(const bgc_model *m, const double *scale, const double *mass,
-                     const double *jac, double c, double *lu, double *growth, double *scratch) {
-    const bgc_block_info *info = m->blocks;
-    double *sheet = scratch, *unit = scratch + 8 * (size_t)info->n_place, sum = 0.0;
-
-    bgc_order_units(m, scale, unit);
-    for (const bgc_block *b = info->block; b < info->block + info->n_block; b++) {
-        const int *column = info->right + b->right, count = b[1].right - b->right;
-        const double *from = sheet + 8 * b->at;
-        double *to = lu + b->factors, size[8], part;
-
-#define CLEAR(T, n, r) clear_##T(info, b, sheet)
-        BGC_OF_ROWS(b->rows, CLEAR)
-        load_block(m, b, mass, jac, c, sheet, size);
-#define ELIMINATE(T, n, r)                                                                     \
+#define BGC_CLEAR(C, n, r) clear_##C(info, b, sheet)
+#define BGC_FORWARD(C, n, r) forward_##C(r, info, at, lu, y)
+#define BGC_BACKWARD(C, n, r) backward_##C(r, info, at, lu, y)
+/* Rows are exchanged where that helps, */
+#define BGC_ELIMINATE(C, n, r)                                                                 \
     do {                                                                                       \
-        to = gather_##T(info, b, lu, sheet, to);                                               \
-        part = invert_##T(r, from, size, unit + b->at, to);                                    \
+        to = gather_##C(info, b, lu, sheet, to);                                               \
+        part = invert_##C(r, from, size, unit + b->at, to);                                    \
         if (r > 1 && !(part <= bgc_block_growth)) {                                            \
             part = exchange_rows(b, from, size, unit + b->at, to);                             \
         }                                                                                      \
-        carry_##T(r, to, column, count, sheet, to + (r > 1 ? 2 : 1) * r * (n));                \
+        carry_##C(r, to, column, count, sheet, to + (r > 1 ? 2 : 1) * r * (n));                \
     } while (0)
-        BGC_OF_ROWS(b->rows, ELIMINATE)
-        sum += part;
-    }
-    *growth = sum;
-    return sum < (double)INFINITY ? 0 : 1;
+/* and in every complex block. */
+#define BGC_ELIMINATE_complex(C, n, r)                                                         \
+    do {                                                                                       \
+        to = gather_##C(info, b, lu, sheet, to);                                               \
+        part = exchange_rows_complex(b, from, size, unit + b->at, to);                         \
+        carry_##C(r, to, column, count, sheet, to + (r > 1 ? 2 : 1) * r * (n) * 2);            \
+    } while (0)
+
+/* Doubles of a column of the sheet. */
+enum { BGC_COLUMN = 8, BGC_COLUMN_complex = 16 };
+
+/* The place in the sheet of one in a sheet of real columns, and entry k of a column. */
+static inline int in_sheet(int place) { return place; }
+static inline int in_sheet_complex(int place) { return place + (place & ~7); }
+static inline void set_entry(double *to, int k, int gap, double x) { (void)gap, to[k] = x; }
+static inline void set_entry_complex(double *to, int k, int gap, bgc_complex x) {
+    to[k] = x.re;
+    to[gap + k] = x.im;
+}
+static inline void add_entry(double *to, double x) { *to += x; }
+static inline void add_entry_complex(double *to, bgc_complex x) {
+    to[0] += x.re;
+    to[8] += x.im;
 }
 
-/* b := W^-1 b, with inner unknowns; scratch is 9 n_place doubles. */
-void bgc_block_solve(const bgc_model *m, const double *lu, double *b, double *scratch) {
-    const bgc_block_info *info = m->blocks;
-    const bgc_block *end = info->block + info->n_block;
-    const int n = bgc_unknowns(m);
-    double *y = scratch;
+/* Numbers as complex ones, and back. */
+static inline bgc_complex widened(double x) { return (bgc_complex){x, 0.0}; }
+static inline bgc_complex widened_complex(bgc_complex x) { return x; }
+static inline double narrowed(bgc_complex x) { return x.re; }
+static inline bgc_complex narrowed_complex(bgc_complex x) { return x; }
 
-    for (int k = 0; k < n; k++) {
-        y[info->row_place[k]] = b[k];
-    }
-    for (const bgc_block *at = info->block; at < end; at++) {
-#define FORWARD(T, n, r) forward_##T(r, info, at, lu, y)
-        BGC_OF_ROWS(at->rows, FORWARD)
-    }
-    for (const bgc_block *at = end; at-- > info->block;) {
-#define BACKWARD(T, n, r) backward_##T(r, info, at, lu, y)
-        BGC_OF_ROWS(at->rows, BACKWARD)
-    }
-    for (int k = 0; k < n; k++) {
-        b[k] = y[info->col_place[k]];
-    }
-}
+#include "blocks_kinds.h"
+
+#define BGC_COMPLEX
+#include "blocks_kinds.h"
+#undef BGC_COMPLEX

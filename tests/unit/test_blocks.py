@@ -44,9 +44,7 @@ def kernels(request: Any, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CD
         pytest.skip("the processor has no AVX2")
     folder = tmp_path_factory.mktemp("blocks")
     target = folder / "blocks.so"
-    files = [
-        runtime_directory() / f"{name}.c" for name in ("block_pivots", "blocks", "complex_blocks")
-    ]
+    files = [runtime_directory() / f"{name}.c" for name in ("block_pivots", "blocks")]
     flags = ("-O1", "-ffp-contract=fast", f"-I{runtime_directory()}", *SETS[request.param])
     run_compiler(*flags, "-shared", SHIM, *files, "-o", target, "-lm")
     return ctypes.CDLL(str(target))

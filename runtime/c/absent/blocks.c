@@ -1,4 +1,4 @@
-/* blocks.c: replaces blocks.c and complex_blocks.c in a model whose matrix has no blocks of rows. */
+/* blocks.c: replaces blocks.c in a model whose matrix has no blocks of rows. */
 #include "bgc_internal.h"
 
 int bgc_block_factor(const bgc_model *m, const double *scale, const double *mass,

@@ -29,9 +29,9 @@ int complex_trial(const bgc_block_info *info, int n_state, int n_mass, const dou
     const bgc_model m = model_of(info, n_state, n_mass);
     bgc_complex *factors = (bgc_complex *)(void *)lu;
     const bgc_complex c = {re, im};
-    const int status = bgc_complex_block_factor(&m, scale, mass, jac, c, factors, growth, work);
+    const int status = bgc_block_factor_complex(&m, scale, mass, jac, c, factors, growth, work);
     if (status == 0) {
-        bgc_complex_block_solve(&m, factors, (bgc_complex *)(void *)b, (bgc_complex *)(void *)work);
+        bgc_block_solve_complex(&m, factors, (bgc_complex *)(void *)b, work);
     }
     return status;
 }
