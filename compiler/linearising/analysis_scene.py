@@ -113,7 +113,7 @@ def open_scene(
     program = without_unread(_with_parameters(equations, selection.parameters))
     given = selection.given
     dag, new = number_values(program.dag, (*nodes_of(program), *given.values()))
-    varied = (
+    varied = tuple(
         replace(v, given=new[given[v.index]]) if v.index in given else v for v in selection.varied
     )
     sources = tuple(source.text for source in stages.package.sources)
@@ -123,9 +123,7 @@ def open_scene(
         moving = without_unread(_with_parameters(whole, selection.parameters))
         dag, new = number_values(moving.dag, nodes_of(moving))
         moving = map_nodes(moving, dag, new.__getitem__)
-    return Opened(
-        program, tuple(varied), stages.warnings, sources, moving, selection.starts_at_rest
-    )
+    return Opened(program, varied, stages.warnings, sources, moving, selection.starts_at_rest)
 
 
 def _between_instants(program: Program) -> Program:

@@ -116,6 +116,18 @@ def test_a_prescribed_motion_whose_rate_is_needed_stays_as_it_is(tmp_path):
     assert sym.g[0] == 3 * sympy.Symbol("v") * sympy.cos(sympy.Symbol("time"))
 
 
+def test_a_source_beside_jumps_is_an_input(tmp_path):
+    ball = """model Ball {
+      mass : I(1 kg); flight : J1; weight : Se(-9.81 N); weight -> flight -> mass;
+      when flight.f < -1 m/s { reset mass.p = -0.5*mass.p; }
+    }
+    scene bounce of Ball { observe flight.f; run 1 s; }"""
+    sym = symbolic(tmp_path, ball)
+    (weight,) = sym.inputs
+    assert list(sym.f) == [weight]
+    assert sym.values[weight] == -9.81
+
+
 def test_multiples_of_pi_are_recognised(tmp_path):
     text = """
     model M { param a = 1; state x = 0; der(x) = -2*pi*a*x + 30 deg; }
