@@ -63,6 +63,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.runtime.linear.state_space.Linearisation",
             "bgc.runtime.linear.state_space.Mode",
             "bgc.symbolic.symbolic_model.SymbolicModel",
+            "bgc.runtime.linearising.casadi_model.CasadiModel",
         ),
     ),
     (

@@ -26,6 +26,7 @@ from bgc.runtime.studied import StudiedModel
 if TYPE_CHECKING:
     from bgc.driver import Stage, Stages
     from bgc.runtime.documents.views import Drawing, Equations, Tables
+    from bgc.runtime.linearising.casadi_model import CasadiModel
     from bgc.runtime.realtime.loop import Realtime
     from bgc.runtime.realtime.loop_options import RealtimeOptions
     from bgc.runtime.realtime.python_device import PythonDevice
@@ -305,6 +306,43 @@ class Model(StudiedModel, EvaluatedModel):
         path, options = self.source_for("letters: use `linearise`")
         values = self.parameters.given(parameters or {})
         return symbolic_model(path, options, inputs, outputs, at, values)
+
+    def casadi(
+        self,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        *,
+        parameters: Mapping[str, ParameterValue] | None = None,
+    ) -> CasadiModel:
+        """The equations and their linear form as CasADi expressions, for optimal control.
+
+        See `bgc.runtime.linearising.casadi_model.CasadiModel`; the extra `casadi` installs CasADi.
+
+        Parameters
+        ----------
+        inputs, outputs
+            As for `symbolic`: the effort or flow of a source whose value depends on parameters and
+            the time alone is replaced by its input, any other input is added.
+        parameters
+            Other values of the parameters and of the start that follows from them, SI numbers or
+            texts with a unit.
+
+        Raises
+        ------
+        BgError
+            An input or output does not exist, or CasADi is not installed (BG058).
+
+        Examples
+        --------
+        >>> pendulum = bgc.compile("pendulum.bg").casadi(["motor.e"], ["angle"])  # doctest: +SKIP
+        >>> pendulum.f, pendulum.A, pendulum.function()  # doctest: +SKIP
+        """
+        # Loads the compiler and CasADi, which most runs do without.
+        from bgc.runtime.linearising.casadi_model import casadi_model
+
+        path, options = self.source_for("equations: use `linearise`")
+        values = self.parameters.given(parameters or {})
+        return casadi_model(path, options, inputs, outputs, values)
 
     # --- stepwise ---------------------------------------------------------------------
 

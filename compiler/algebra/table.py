@@ -146,6 +146,23 @@ class Table:
     # --- pieces ---------------------------------------------------------------------
 
     @property
+    def period(self) -> float | None:
+        """The distance after which the table repeats; None where it does not."""
+        return self.x[-1] - self.x[0] if self.outside is Outside.REPEAT else None
+
+    def polynomials(self) -> tuple[list[float], list[float], list[list[float]]]:
+        """The boundaries between pieces, a point of each piece, and the derivatives there.
+
+        The derivatives are by order, from 0 to 3, then by piece. Of a table that repeats, they are
+        those of the first period.
+        """
+        pieces = range(self._last_piece + 1)
+        boundaries = [self._boundary(k) for k in pieces[:-1]]
+        points = [*boundaries[:1], *boundaries] or [self.x[0]]
+        derivatives = [[self._polynomial(k, n, points[k]) for k in pieces] for n in range(4)]
+        return boundaries, points, derivatives
+
+    @property
     def break_count(self) -> int:
         """The number of breaks; in a period, without that where it begins again."""
         return self._last_piece if self.breaks is None else len(self.breaks)

@@ -31,6 +31,7 @@ _EXTRAS = {
     "polars": "`result.to_polars()`",
     "xarray": "`result.to_xarray()`",
     "control": '`linear.to_ss("control")`',
+    "casadi": "`model.casadi()`",
     "cluster": "`bgc sweep --scheduler`, Zarr files",
     "mujoco": "`bgc import` of MuJoCo's files",
 }

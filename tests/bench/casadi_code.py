@@ -23,9 +23,10 @@ from crane import COPIES, copies, crane, instance, shared_object
 from kernels import kernel_times
 from table import Row
 
-from bgc.algebra.dag import Kind, Level, Op
+from bgc.algebra.dag import Kind, Level
 from bgc.building.toolchain import COMMON_FLAGS, find_toolchain
 from bgc.ir.program import Program
+from bgc.runtime.linearising.casadi_expressions import expressions
 from bgc.runtime.results.arrays import Array
 
 _Doubles = POINTER(c_double)
@@ -42,45 +43,21 @@ def rows() -> list[Row]:
 
 def _translated(casadi: Any, program: Program) -> tuple[Any, Any]:
     """f, and J with df/dt, as CasADi functions of (t, x, h)."""
-    dag = program.dag
     sx = casadi.SX
-    t, x = sx.sym("t"), sx.sym("x", len(program.states))
-    hoisted: list[Any] = []
-    made: dict[int, Any] = {}
-    outputs = [state.derivative for state in program.states]
-    for node in dag.reachable(outputs):
-        op = Op(dag.op[node])
-        if op is Op.CONST:
-            made[node] = sx(float(dag.constants[dag.a[node]]))
-        elif op is Op.SYMBOL and (symbol := dag.symbols[dag.a[node]]).kind is Kind.STATE:
-            made[node] = x[symbol.index]
-        elif op is Op.SYMBOL and symbol.kind is Kind.TIME:
-            made[node] = t
-        elif dag.level[node] <= Level.PARAM:
-            hoisted.append(sx.sym(f"h{len(hoisted)}"))
-            made[node] = hoisted[-1]
-        else:
-            made[node] = _operation(casadi, op, [made[k] for k in dag.operands(node)])
-    f = casadi.vertcat(*(made[node] for node in outputs))
-    h = casadi.vertcat(*hoisted) if hoisted else sx.sym("h", 0)
+    dag, t, x = program.dag.copy(), sx.sym("t"), sx.sym("x", len(program.states))
+    rates = [state.derivative for state in program.states]
+    known = [
+        n for n in dag.reachable(rates) if dag.level[n] <= Level.PARAM and dag.value(n) is None
+    ]
+    hoisted = {node: dag.symbol(Kind.START, k) for k, node in enumerate(known)}
+    h = sx.sym("h", len(known))
+    of = {Kind.STATE: lambda k: x[k], Kind.START: lambda k: h[k], Kind.TIME: lambda k: t}
+    nodes = dag.substitute(rates, hoisted)
+    f = casadi.vertcat(*expressions(casadi, dag, nodes, lambda s: of[s.kind](s.index), {}))
+    used = [h[k] for k in range(len(known)) if casadi.depends_on(f, h[k])]
+    h = casadi.vertcat(sx(0, 1), *used)
     both = [casadi.jacobian(f, x), casadi.jacobian(f, t)]
     return casadi.Function("f", [t, x, h], [f]), casadi.Function("j", [t, x, h], both)
-
-
-def _operation(casadi: Any, op: Op, of: list[Any]) -> Any:
-    match op:
-        case Op.ADD:
-            return of[0] + of[1]
-        case Op.SUB:
-            return of[0] - of[1]
-        case Op.MUL:
-            return of[0] * of[1]
-        case Op.DIV:
-            return of[0] / of[1]
-        case Op.NEG:
-            return -of[0]
-        case _:
-            return getattr(casadi, op.name.lower())(*of)
 
 
 def measured(program: Program, x: Array, derivatives: bool) -> tuple[float, ...] | str:
