@@ -16,7 +16,8 @@ from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.relations import Undefined
 from bgc.runtime.running.rest_algebra import leading_rows, row_scales
 from bgc.runtime.running.rest_equations import require_ok
-from bgc.runtime.running.rest_search import AT_REST, RestSearch
+from bgc.runtime.running.rest_newton import AT_REST
+from bgc.runtime.running.rest_search import RestSearch
 from bgc.runtime.running.structures import Status
 
 _TORN = 1e-6  # of a state, in its scale: relations between positions do not hold

@@ -32,6 +32,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,60 +43,57 @@ from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest_report import Fixed
 from bgc.runtime.running.binding import Instance
-from bgc.runtime.running.relations import NEARBY, Relations, Undefined, orthonormal
-from bgc.runtime.running.rest_algebra import (
-    LEAST_RANK,
-    leading_rows,
-    least,
-    rank_of,
-    row_scales,
-    svd,
-)
-from bgc.runtime.running.rest_equations import RestEquations, require_ok
+from bgc.runtime.running.relations import NEARBY, Undefined, orthonormal
+from bgc.runtime.running.rest_algebra import leading_rows, least, rank_of, row_scales, svd
+from bgc.runtime.running.rest_newton import AT_REST, CHEAP, ROUNDING, STILL, RestNewton
 
 _ITERATIONS = 200
 _FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
-_STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
 _WORSE = (10.0, 2.0)  # growth of the rates in a step of the system: bold steps first
 _RELAXATIONS = 3  # in vain, of a whole search
 _FEWER_STEPS = 100  # of those that only move what no relation joins
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
-_HALVINGS = 25
 _FEWER_HALVINGS = 4
-_SMALL_PART = 1 / 8  # of a step
 _FARTHER = 0.1  # of a step along free directions, for terms of higher order
 _IDLE = 3  # steps along free directions that hardly come nearer to the declared start
 _INDEPENDENT = 1e-6  # of free directions, the part that two states have in common
 _MIXED = 1e-13  # of the square of a unit vector: rounding
-AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
-_ROUNDING = 1e-15  # of a residual: no step makes it smaller
-_STILL = 1e-12  # of a step along free directions, in scales
-_CHEAP = 100.0  # scale of a parameter that is varied: a step changes it before a state
-_NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
+_NEARLY_STILL = 1e-8  # of a step along free directions where steps no longer become shorter
+
+Found = TypeVar("Found")
 
 
-class RestSearch(RestEquations):
+def _of_point(method: Callable[[RestSearch], Found]) -> Callable[[RestSearch], Found]:
+    """Keep the result of a method that depends on z and on the relations until these change."""
+
+    @wraps(method)
+    def kept(search: RestSearch) -> Found:
+        search.go(search.z)
+        place = search.z.tobytes(), len(search.relations.rows)
+        if search.known_at != place:
+            search.known_at, search.known = place, {}
+        if method.__name__ not in search.known:
+            search.known[method.__name__] = method(search)
+        found: Found = search.known[method.__name__]
+        return found
+
+    return kept
+
+
+class RestSearch(RestNewton):
     """The search of one instance: z holds the states in their scales, then the parameters."""
 
     def __init__(self, instance: Instance, rest: Rest) -> None:
         super().__init__(instance, rest)
-        self.momenta = list(rest.momenta)
         self.stiffness = np.zeros(self.size)
         self.stiffness[: len(rest.stiffness)] = rest.stiffness
-        self.trapped = np.zeros(0, dtype=np.intp)
         self.unread = np.zeros(0, dtype=np.intp)
         # Directions that rest leaves free: what fixes some, states that take part, their motion in
         # all that are free then, and how many are fixed.
         self.left_free: list[tuple[Fixed, NDArray[np.intp], Array, int]] = []
-        self.begin = np.concatenate([self.start, self.given / self.of_parameters])
-        self.z = self.begin
-        self.rows = np.ones(0)
-        self.steps_left = _STEPS
         self.relaxations = 0  # in vain
-        status, mass = self.resting.mass()
-        require_ok(status)
-        self.mass = mass * self.scale / self.scale[:, None]
-        self.relations = Relations(self.by_state, self.momenta, self.mass)
+        self.known: dict[str, Any] = {}  # what has been found at the point `known_at`
+        self.known_at = b"", 0
         self.reached = self.start  # the last point that a motion reaches from y0
         self.reached_at = self._conditions()
         self.arrived = True  # the path to that point was followed to its end
@@ -106,9 +105,9 @@ class RestSearch(RestEquations):
         """The parameters that are varied and the number of positions that relations may join."""
         return self.z[self.size :].tobytes(), len(self.relations.rows)
 
+    @_of_point
     def off(self) -> Array:
         """The distance of y from the point near it that a motion reaches from y0."""
-        self.go(self.z)
         y = self.z[: self.size]
         with suppress(Undefined):
             while True:
@@ -159,9 +158,9 @@ class RestSearch(RestEquations):
             if related is not None:
                 along = self._part(along, related=related)
             sizes = np.abs(along)
-            sizes[self.trapped] *= _CHEAP
+            sizes[self.trapped] *= CHEAP
             size = float(sizes.max(initial=0.0))
-            if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
+            if size <= STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
                 break
             distance = self._distance()
             farther = _FARTHER * float(np.abs(along).max()) if related else 0.0
@@ -172,7 +171,7 @@ class RestSearch(RestEquations):
 
     def _part(self, along: Array, *, related: bool) -> Array:
         """The part of a step in free directions in which related positions take part, or not."""
-        free, _, _ = self._free()
+        free = self._free()
         near = free @ free.T
         own = np.sqrt(near.diagonal())
         found = np.zeros(len(along), dtype=bool)
@@ -201,7 +200,11 @@ class RestSearch(RestEquations):
         places = np.concatenate([self.relations.rows, self.trapped])
         z[places] = self.declared[places]
         self.z = z
-        if self.held or np.abs(z - begin).max() <= _STILL or self._newton(kept=True) > AT_REST:
+        if (
+            self.held
+            or np.abs(z - begin).max() <= STILL
+            or self._newton(_FEWER_ITERATIONS, kept=True) > AT_REST
+        ):
             self.z = begin
             self.go(begin)
 
@@ -214,7 +217,7 @@ class RestSearch(RestEquations):
         """
         n, momenta = self.size, set(self.momenta)
         slope, _ = self.slopes(self.z)
-        still = np.abs(self.residuals(self.z)[:n]) <= _STILL
+        still = np.abs(self.residuals(self.z)[:n]) <= STILL
         read = [set(np.flatnonzero(row).tolist()) for row in slope[:n, :n]]
         own = {k for k in range(n) if still[k] and k not in momenta and read[k]}
         kept: set[int] = set()
@@ -235,15 +238,10 @@ class RestSearch(RestEquations):
         reads[self.relations.rows] = True
         return np.flatnonzero(~reads)
 
-    def _changing(self) -> list[int]:
-        """The states that conserved quantities leave out where they lead the search."""
-        return [*self.momenta, *self.trapped, *self.unread]
-
     def _follow(self) -> None:
         """Put states that nothing reads where conserved quantities have them, near their start."""
         if self.unread.size:
-            slope, _ = self.slopes(self.z)
-            kept = self._conserved(slope[: self.size, : self.size], self.momenta)
+            kept = self._conserved(self.momenta)
             self.z = self.z.copy()
             self.z[self.unread] = self.declared[self.unread]
             away = self.z[: self.size] - self.declared
@@ -255,7 +253,7 @@ class RestSearch(RestEquations):
         before = np.inf
         while True:
             along, size = self._towards_relations()
-            if size <= _ROUNDING or size > 0.5 * before or not self._followed(along):
+            if size <= ROUNDING or size > 0.5 * before or not self._followed(along):
                 return
             before = size
 
@@ -284,7 +282,7 @@ class RestSearch(RestEquations):
                 self.z, _ = find_equilibrium(
                     rates, slope, self.mass, begin, projected, lambda _: everywhere, worse
                 )
-                size = self._newton(kept=True)
+                size = self._newton(_FEWER_ITERATIONS, kept=True)
                 if size <= AT_REST:
                     return size
             self.z = begin
@@ -302,7 +300,7 @@ class RestSearch(RestEquations):
             if self.steps_left <= 0:
                 break
             with suppress(Undefined):
-                if self._restore() <= AT_REST and self._distance() <= 1.001 * distance + _STILL:
+                if self._restore() <= AT_REST and self._distance() <= 1.001 * distance + STILL:
                     return True
             fraction /= 4
         self.z = begin
@@ -314,9 +312,8 @@ class RestSearch(RestEquations):
 
         Conserved quantities have ten times the weight.
         """
-        slope, _ = self.slopes(self.z)
+        kept = self._leading()
         away = self.z[: self.size] - self.declared
-        kept = self._conserved(slope[: self.size, : self.size], self._changing())
         away[self.trapped] = away[self.unread] = 0.0
         return float(np.linalg.norm(away) + 10 * np.linalg.norm(kept @ away))
 
@@ -328,7 +325,7 @@ class RestSearch(RestEquations):
         """
         begin = self.z
         if not self.held:
-            size = self._newton(kept=True)
+            size = self._newton(_FEWER_ITERATIONS, kept=True)
             self.nearest = self.z if self.nearest is None else self.nearest
             if size > AT_REST and not self.varied and self.relaxations < _RELAXATIONS:
                 self.z = begin
@@ -337,80 +334,26 @@ class RestSearch(RestEquations):
             if size <= AT_REST:
                 return size
             self.z = begin
-        return self._newton(kept=False)
-
-    def _newton(self, *, kept: bool) -> float:
-        """Take steps towards rest while they help, along the relations between positions or not."""
-        rank = 1.0  # factor of the tolerance of rank
-        remaining = self.residuals(self.z)
-        size = np.inf
-        settled: tuple[Array, float] | None = None  # the last point at rest, and its residual
-        for _ in range(_FEWER_ITERATIONS if kept else _ITERATIONS):
-            self.steps_left -= 1
-            slope, starts = self.slopes(self.z)
-            self.rows = row_scales(slope)
-            scaled = remaining / self.rows
-            size = float(np.abs(scaled).max(initial=0.0))
-            if size <= AT_REST:
-                settled = self.z, size
-            if size <= _ROUNDING or self.steps_left <= 0:
-                break
-            basis = self._steps(starts, kept)
-            matrix = (slope / self.rows[:, None]) @ basis
-            sizes = row_scales(matrix) if self.trapped.size else np.ones(len(matrix))
-            left, values, right = svd(matrix / sizes[:, None], full=False)
-            tried, found = -1, None
-            while found is None:
-                count = rank_of(values, rank * size)
-                if count != tried:
-                    used = left[:, :count]
-                    inverse = (right[:count].T / values[:count]) @ (used / sizes[:, None]).T
-                    left_over = scaled / sizes - used @ (used.T @ (scaled / sizes))
-                    solved = np.linalg.norm(left_over) <= 0.5 * np.linalg.norm(scaled / sizes)
-                    found = self._tried(-basis @ inverse, remaining, solved=bool(solved))
-                if size <= AT_REST or rank < LEAST_RANK:
-                    break
-                if found is None:
-                    tried = count
-                    rank *= 0.01  # what was taken for a free direction may not be one
-            if found is None:
-                break
-            self.z, remaining = found
-        if size > AT_REST and settled is not None:
-            self.z, size = settled
-            self.go(self.z)
-        return float(size)
-
-    def _steps(self, starts: Array, kept: bool) -> Array:
-        """Steps of z to choose from, along the relations between positions or not.
-
-        The size of a step counts from the declared start, which moves with the parameters that are
-        varied: a spring that they stretch is then nearer than a crane that folds.
-        """
-        n, varied = self.size, len(self.z) - self.size
-        along = np.eye(n)
-        if kept:
-            self.go(self.z)
-            rows = self.relations.gradients(self.z[:n])
-            along = least(rows, np.zeros(len(rows)))[1]
-        along[self.trapped] *= _CHEAP
-        upper = np.hstack([along, _CHEAP * starts])
-        lower = np.hstack([np.zeros((varied, along.shape[1])), _CHEAP * np.eye(varied)])
-        return np.vstack([upper, lower])
+        return self._newton(_ITERATIONS, kept=False)
 
     def _related(self, starts: Array) -> Array:
         """Changes of the relations between positions by z."""
-        self.go(self.z)
         rows = self.relations.gradients(self.z[: self.size])
         changes: Array = rows @ np.hstack([np.eye(self.size), -starts])
         return changes
 
-    def _free(self) -> tuple[Array, Array, Array]:
-        """Directions that no equation restores, and the matrices on which they depend."""
-        slope, starts = self.slopes(self.z)
+    @_of_point
+    def _slopes(self) -> tuple[Array, Array]:
+        return self.slopes(self.z)
+
+    @_of_point
+    def _free(self) -> Array:
+        """Directions that no equation restores."""
+        slope, _ = self._slopes()
         rows = row_scales(slope)
         _, values, right = svd(slope / rows[:, None])
-        return right[rank_of(values, 0.0) :].T, slope, starts
+        free: Array = right[rank_of(values, 0.0) :].T
+        return free
 
     def along(self) -> Array:
         """The step along directions that no equation restores.
@@ -419,14 +362,14 @@ class RestSearch(RestEquations):
         where conserved quantities are those of the declared start, and of what is then left to the
         nearest state.
         """
-        free, slope, starts = self._free()
+        free, (_, starts) = self._free(), self._slopes()
         self.left_free = []
         if not free.size:
             return np.zeros(len(self.z))
         away = self.z[: self.size] - self.declared
         moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
-        kept = self._conserved(slope[: self.size, : self.size], self._changing())
-        changes, off = self._unrelated(starts)
+        kept = self._leading()
+        changes, off = self._unrelated()
         found, others = least(changes @ free, -off)
         self.left_free = [("joined", self.relations.rows, moved, moved.shape[1] - others.shape[1])]
         every = np.eye(self.size)
@@ -455,25 +398,32 @@ class RestSearch(RestEquations):
         rows: Array = np.eye(self.size)[self.trapped[leading_rows(efforts, efforts.shape[1])]]
         return rows
 
-    def _unrelated(self, starts: Array) -> tuple[Array, Array]:
+    @_of_point
+    def _unrelated(self) -> tuple[Array, Array]:
         """Changes of the relations between positions by z, and by how much they are violated."""
         off = self.off()
-        changes = self._related(starts)
+        changes = self._related(self._slopes()[1])
         return changes, changes[:, : self.size] @ off
 
     def _towards_relations(self) -> tuple[Array, float]:
         """The least step along free directions that restores the relations, and their violation."""
-        free, _, starts = self._free()
-        changes, off = self._unrelated(starts)
+        free = self._free()
+        changes, off = self._unrelated()
         step, _ = least(changes @ free, -off)
         return free @ step, float(np.abs(off).max(initial=0.0))
 
-    def _conserved(self, slope: Array, without: list[int]) -> Array:
+    @_of_point
+    def _leading(self) -> Array:
+        """Gradients of the conserved quantities that lead the search."""
+        return self._conserved([*self.momenta, *self.trapped, *self.unread])
+
+    def _conserved(self, without: list[int]) -> Array:
         """Gradients of the conserved quantities without some states: l' M with l' df/dy = 0.
 
         Such as the difference between the stretch of a spring and an angle that is integrated from
         the same rate. Their rows are orthonormal.
         """
+        slope = self._slopes()[0][: self.size, : self.size]
         rows = row_scales(slope)
         left, values, _ = svd(slope / rows[:, None])
         kept = (left[:, rank_of(values, 0.0) :] / rows[:, None]).T @ self.mass
@@ -482,47 +432,3 @@ class RestSearch(RestEquations):
             _, others = least(kept[:, without].T, np.zeros(len(without)))
             kept = others.T @ kept
         return kept
-
-    def _tried(
-        self, inverse: Array, remaining: Array, *, solved: bool
-    ) -> tuple[Array, Array] | None:
-        """The largest part of a step that decreases the residuals, or what is left to go.
-
-        Stiff dampers make the scales of some rows large, so that small changes of other residuals
-        hide what decreases there. Where this leaves a small part of a step, all of which solves
-        the linear equations (`solved`), the next step with the same inverse is compared. It does
-        not depend on scales of rows (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004,
-        section 3.3).
-        """
-        step = inverse @ (remaining / self.rows)
-        before = float(np.linalg.norm(remaining / self.rows))
-        to_go = float(np.linalg.norm(step))
-        fraction, found = self._damped(
-            step, lambda after, part: np.linalg.norm(after / self.rows) <= part * before, 0.0
-        )
-        if fraction < _SMALL_PART and solved and to_go > _STILL:
-            _, other = self._damped(
-                step,
-                lambda after, part: np.linalg.norm(inverse @ (after / self.rows)) <= part * to_go,
-                fraction,
-            )
-            found = found if other is None else other
-        if found is None:
-            self.go(self.z)
-        return found
-
-    def _damped(
-        self, step: Array, decreases: Callable[[Array, float], np.bool_], least: float
-    ) -> tuple[float, tuple[Array, Array] | None]:
-        """The largest part of a step, above `least`, that decreases a measure of the residuals."""
-        fraction = 1.0
-        for _ in range(_HALVINGS):
-            if fraction <= least:
-                break
-            z = self.z + fraction * step
-            with suppress(Undefined):
-                after = self.residuals(z)
-                if decreases(after, 1 - 0.1 * fraction):
-                    return fraction, (z, after)
-            fraction /= 2
-        return 0.0, None
