@@ -33,6 +33,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
+from itertools import islice
 from typing import Any, TypeVar
 
 import numpy as np
@@ -48,13 +49,15 @@ from bgc.runtime.running.rest_algebra import leading_rows, least, rank_of, row_s
 from bgc.runtime.running.rest_newton import AT_REST, CHEAP, ROUNDING, STILL, RestNewton
 
 _ITERATIONS = 200
+_BOUNDED_ITERATIONS = 3  # from the end of a step that a valve bounds
 _FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
 _WORSE = (10.0, 2.0)  # growth of the rates in a step of the system: bold steps first
 _RELAXATIONS = 3  # in vain, of a whole search
 _FEWER_STEPS = 100  # of those that only move what no relation joins
 _LAST_STEPS = 100  # at least, of those that restore relations between positions
-_FEWER_HALVINGS = 4
-_FARTHER = 0.1  # of a step along free directions, for terms of higher order
+_QUARTERINGS = 4  # of a step along free directions
+_NEAR = 0.5  # of the length of such a step
+_FARTHER = 0.5  # of a step along free directions, for terms of higher order
 _IDLE = 3  # steps along free directions that hardly come nearer to the declared start
 _INDEPENDENT = 1e-6  # of free directions, the part that two states have in common
 _MIXED = 1e-13  # of the square of a unit vector: rounding
@@ -164,7 +167,7 @@ class RestSearch(RestNewton):
                 break
             distance = self._distance()
             farther = _FARTHER * float(np.abs(along).max()) if related else 0.0
-            if not self._followed(along, distance + farther):
+            if not self._followed(along, distance + farther, bounded=related is False):
                 break
             idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.9 * before else 0
             before = size
@@ -288,23 +291,35 @@ class RestSearch(RestNewton):
             self.z = begin
         return np.inf
 
-    def _followed(self, along: Array, distance: float = np.inf) -> bool:
-        """Take the largest part of a step along free directions from which rest is found again.
+    def _followed(self, along: Array, distance: float = np.inf, *, bounded: bool = False) -> bool:
+        """Take a large part of a step along free directions from which rest is found again.
 
-        Where valves open and close, rest may be found far away: the distance must not increase.
+        Where valves open and close, rest may be found far away: the distance must not increase. If
+        a valve bounds the step (`bounded`), the largest part that ends near to rest comes first,
+        and rest is found by a few steps of Newton's method or not at all.
         """
         begin = self.z
-        fraction = 1.0
-        for _ in range(_FEWER_HALVINGS):
-            self.z = begin + fraction * along
+        parts = [0.25**k for k in range(_QUARTERINGS)]
+        if bounded:
+            halves = (0.5**k for k in range(2 * _QUARTERINGS))
+            parts = [*islice((a for a in halves if self._is_near(begin, a * along)), 1), *parts]
+        for part in parts:
+            self.z = begin + part * along
             if self.steps_left <= 0:
                 break
             with suppress(Undefined):
-                if self._restore() <= AT_REST and self._distance() <= 1.001 * distance + STILL:
+                size = self._newton(_BOUNDED_ITERATIONS, kept=True) if bounded else self._restore()
+                if size <= AT_REST and self._distance() <= 1.001 * distance + STILL:
                     return True
-            fraction /= 4
         self.z = begin
         self.go(begin)
+        return False
+
+    def _is_near(self, begin: Array, step: Array) -> bool:
+        """Test whether rest is near to the end of a step, in the scales of rows at its begin."""
+        with suppress(Undefined):
+            misfit = np.abs(self.residuals(begin + step) / self.rows).max(initial=0.0)
+            return bool(misfit <= _NEAR * np.abs(step).max(initial=0.0))
         return False
 
     def _distance(self) -> float:

@@ -28,7 +28,8 @@ from bgc.runtime.running.structures import Status
 Load = Callable[[str, str | None], Model]
 
 SAG = 2 * 9.81 / 100
-CRANES = library_folder() / "scenes" / "two_beam_crane.bg"
+SCENES = library_folder() / "scenes"
+CRANES = SCENES / "two_beam_crane.bg"
 
 
 def test_the_spring_takes_the_weight_and_the_place_follows(load: Load) -> None:
@@ -459,3 +460,23 @@ scene s of Tanks { keep gain; start rest; observe high.q, low.q, counted; run 1 
     for name in ("high.q", "low.q"):
         assert counted[name] == pytest.approx(plain[name], rel=1e-9)
     assert plain["high.q"][0] + plain["low.q"][0] == pytest.approx(5)
+
+
+def test_oil_between_valves_stays_near_its_start(monkeypatch) -> None:
+    """A step along the oil of one line that would open a valve is taken up to the valve.
+
+    The search took 706 decompositions and left the oil of the feed at 5e-5 m^3 from its start.
+    """
+    model = bgc.compile(SCENES / "knuckle_boom_hydraulic.bg", scene="knuckle_boom_hydraulic")
+    calls = []
+    for name in ("svd", "solve"):
+        function = getattr(np.linalg, name)
+
+        def counted(*args, function=function, **kwargs):
+            calls.append(1)
+            return function(*args, **kwargs)
+
+        monkeypatch.setattr(np.linalg, name, counted)
+    found = model.simulate(1e-3).at_rest
+    assert found is not None and found.residual < 1e-15 and len(calls) < 600
+    assert max(abs(m.after - m.before) for m in found.moves if "feed_oil" in m.name) < 1e-5
