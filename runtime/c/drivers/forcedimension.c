@@ -329,35 +329,6 @@ static void fd_capabilities(void *handle, bgc_capabilities *can) {
 
 static const char *fd_error(void *handle) { return ((const fd_state *)handle)->fault; }
 
-#else
-
-static void *fd_open(const char *options, char *message, size_t size) {
-    (void)options;
-    snprintf(message, size, "forcedimension: not on this system");
-    return NULL;
-}
-
-static int fd_read(void *handle, double t, bgc_pose *pose) {
-    (void)handle, (void)t, (void)pose;
-    return BGC_DEVICE_LOST;
-}
-
-static int fd_write(void *handle, double t, const bgc_effort *e) {
-    (void)handle, (void)t, (void)e;
-    return BGC_DEVICE_LOST;
-}
-
-static void fd_close(void *handle) { (void)handle; }
-
-static void fd_capabilities(void *handle, bgc_capabilities *can) { (void)handle, (void)can; }
-
-static const char *fd_error(void *handle) {
-    (void)handle;
-    return NULL;
-}
-
-#endif
-
 const bgc_driver bgc_forcedimension_driver = {
     .abi = BGC_DEVICE_ABI,
     .name = "forcedimension",
@@ -368,3 +339,16 @@ const bgc_driver bgc_forcedimension_driver = {
     .capabilities = fd_capabilities,
     .last_error = fd_error,
 };
+
+#else
+
+static void *fd_open(const char *options, char *message, size_t size) {
+    (void)options;
+    snprintf(message, size, "forcedimension: not on this system");
+    return NULL;
+}
+
+/* A driver that opens nothing is asked for nothing more. */
+const bgc_driver bgc_forcedimension_driver = {.abi = BGC_DEVICE_ABI, .name = "forcedimension", .open = fd_open};
+
+#endif

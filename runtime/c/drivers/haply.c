@@ -422,33 +422,6 @@ static int haply_write(void *handle, double t, const bgc_effort *effort) {
 
 static const char *haply_error(void *handle) { return ((const haply_state *)handle)->fault; }
 
-#else
-
-static void *haply_open(const char *options, char *message, size_t size) {
-    (void)options;
-    snprintf(message, size, "haply: this system has no such sockets");
-    return NULL;
-}
-
-static int haply_read(void *handle, double t, bgc_pose *pose) {
-    (void)handle, (void)t, (void)pose;
-    return BGC_DEVICE_LOST;
-}
-
-static int haply_write(void *handle, double t, const bgc_effort *effort) {
-    (void)handle, (void)t, (void)effort;
-    return BGC_DEVICE_LOST;
-}
-
-static void haply_close(void *handle) { (void)handle; }
-
-static const char *haply_error(void *handle) {
-    (void)handle;
-    return NULL;
-}
-
-#endif
-
 static void haply_capabilities(void *handle, bgc_capabilities *can) {
     (void)handle;
     can->sensed = can->driven = BGC_TRANSLATIONS;
@@ -465,3 +438,16 @@ const bgc_driver bgc_haply_driver = {
     .capabilities = haply_capabilities,
     .last_error = haply_error,
 };
+
+#else
+
+static void *haply_open(const char *options, char *message, size_t size) {
+    (void)options;
+    snprintf(message, size, "haply: this system has no such sockets");
+    return NULL;
+}
+
+/* A driver that opens nothing is asked for nothing more. */
+const bgc_driver bgc_haply_driver = {.abi = BGC_DEVICE_ABI, .name = "haply", .open = haply_open};
+
+#endif

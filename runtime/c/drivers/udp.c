@@ -273,40 +273,9 @@ static void udp_close(void *handle) {
 
 static const char *udp_error(void *handle) { return ((const udp_state *)handle)->fault; }
 
-#else
-
-static void *udp_open(const char *options, char *message, size_t size) {
-    (void)options;
-    snprintf(message, size, "udp: this system has no such sockets");
-    return NULL;
-}
-
-static int udp_read(void *handle, double t, bgc_pose *pose) {
-    (void)handle, (void)t, (void)pose;
-    return BGC_DEVICE_LOST;
-}
-
-static int udp_write(void *handle, double t, const bgc_effort *effort) {
-    (void)handle, (void)t, (void)effort;
-    return BGC_DEVICE_LOST;
-}
-
-static void udp_close(void *handle) { (void)handle; }
-
-static const char *udp_error(void *handle) {
-    (void)handle;
-    return NULL;
-}
-
-#endif
-
 static void udp_capabilities(void *handle, bgc_capabilities *can) {
-#if (defined(__unix__) || defined(__APPLE__)) && !defined(__wasi__)
     can->echoes = ((const udp_state *)handle)->echoes;
     can->lag = ((const udp_state *)handle)->lag;
-#else
-    (void)handle;
-#endif
     can->sensed = can->driven = BGC_EVERY_AXIS;
     can->buttons = 8;
 }
@@ -321,3 +290,16 @@ const bgc_driver bgc_udp_driver = {
     .capabilities = udp_capabilities,
     .last_error = udp_error,
 };
+
+#else
+
+static void *udp_open(const char *options, char *message, size_t size) {
+    (void)options;
+    snprintf(message, size, "udp: this system has no such sockets");
+    return NULL;
+}
+
+/* A driver that opens nothing is asked for nothing more. */
+const bgc_driver bgc_udp_driver = {.abi = BGC_DEVICE_ABI, .name = "udp", .open = udp_open};
+
+#endif
