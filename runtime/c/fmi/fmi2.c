@@ -12,6 +12,9 @@ static fmi2Status status2(bgc_fmi_status status) { return (fmi2Status)status; }
     EXPORTED fmi2Status BGC_FMI2(fmi2##in_2) parameters { return status2(call); }
 #include "fmi_functions.h"
 
+/* A function of this version alone. */
+#define CALL2(name, parameters, call) FUNCTION(name, , parameters, call)
+
 /* --- instances --------------------------------------------------------------------------------- */
 
 static void log2_message(bgc_fmi *i, bgc_fmi_status status, const char *category, const char *message) {
@@ -48,49 +51,34 @@ EXPORTED fmi2Status BGC_FMI2(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean t
     return fmi2OK;
 }
 
-EXPORTED fmi2Status BGC_FMI2(fmi2EnterInitializationMode)(fmi2Component c) {
-    return status2(bgc_fmi_enter_initialisation(c, ((bgc_fmi *)c)->core.rtol, ((bgc_fmi *)c)->core.start_time));
-}
+CALL2(EnterInitializationMode, (fmi2Component c),
+      bgc_fmi_enter_initialisation(c, ((bgc_fmi *)c)->core.rtol, ((bgc_fmi *)c)->core.start_time))
 
 /* --- variables ----------------------------------------------------------------------------------- */
 
-EXPORTED fmi2Status BGC_FMI2(fmi2GetReal)(fmi2Component c, const fmi2ValueReference ref[], size_t n,
-                                          fmi2Real value[]) {
-    return status2(bgc_fmi_get(c, ref, n, value, n));
-}
+CALL2(GetReal, (fmi2Component c, const fmi2ValueReference ref[], size_t n, fmi2Real value[]),
+      bgc_fmi_get(c, ref, n, value, n))
 
-EXPORTED fmi2Status BGC_FMI2(fmi2SetReal)(fmi2Component c, const fmi2ValueReference ref[], size_t n,
-                                          const fmi2Real value[]) {
-    return status2(bgc_fmi_set(c, ref, n, value, n));
-}
+CALL2(SetReal, (fmi2Component c, const fmi2ValueReference ref[], size_t n, const fmi2Real value[]),
+      bgc_fmi_set(c, ref, n, value, n))
 
 /* Functions for variables of other types, which this FMU does not have. */
 #define WITHOUT_VARIABLES(kind)                                                                       \
-    EXPORTED fmi2Status BGC_FMI2(fmi2Get##kind)(fmi2Component c, const fmi2ValueReference ref[],      \
-                                                size_t n, fmi2##kind value[]) {                       \
-        (void)ref, (void)value;                                                                       \
-        return status2(bgc_fmi_refuse_variables(c, n, "fmi2Get" #kind, "Real"));                      \
-    }                                                                                                 \
-    EXPORTED fmi2Status BGC_FMI2(fmi2Set##kind)(fmi2Component c, const fmi2ValueReference ref[],      \
-                                                size_t n, const fmi2##kind value[]) {                 \
-        (void)ref, (void)value;                                                                       \
-        return status2(bgc_fmi_refuse_variables(c, n, "fmi2Set" #kind, "Real"));                      \
-    }
+    CALL2(Get##kind, (fmi2Component c, const fmi2ValueReference ref[], size_t n, fmi2##kind value[]), \
+          ((void)ref, (void)value, bgc_fmi_refuse_variables(c, n, "fmi2Get" #kind, "Real")))          \
+    CALL2(Set##kind,                                                                                  \
+          (fmi2Component c, const fmi2ValueReference ref[], size_t n, const fmi2##kind value[]),      \
+          ((void)ref, (void)value, bgc_fmi_refuse_variables(c, n, "fmi2Set" #kind, "Real")))
 WITHOUT_VARIABLES(Integer)
 WITHOUT_VARIABLES(Boolean)
 WITHOUT_VARIABLES(String)
 
 /* --- derivatives --------------------------------------------------------------------------------- */
 
-EXPORTED fmi2Status BGC_FMI2(fmi2GetDirectionalDerivative)(fmi2Component c,
-                                                           const fmi2ValueReference unknown[],
-                                                           size_t n_unknown,
-                                                           const fmi2ValueReference known[],
-                                                           size_t n_known, const fmi2Real seed[],
-                                                           fmi2Real result[]) {
-    return status2(bgc_fmi_directional(c, unknown, n_unknown, known, n_known, seed, n_known, result,
-                                       n_unknown));
-}
+CALL2(GetDirectionalDerivative,
+      (fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+       const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[], fmi2Real result[]),
+      bgc_fmi_directional(c, unknown, n_unknown, known, n_known, seed, n_known, result, n_unknown))
 
 /* --- Model Exchange ---------------------------------------------------------------------------------- */
 
@@ -116,22 +104,17 @@ EXPORTED fmi2Status BGC_FMI2(fmi2CompletedIntegratorStep)(fmi2Component c, fmi2B
 
 /* --- Co-Simulation ----------------------------------------------------------------------------------- */
 
-EXPORTED fmi2Status BGC_FMI2(fmi2SetRealInputDerivatives)(fmi2Component c,
-                                                          const fmi2ValueReference ref[], size_t n,
-                                                          const fmi2Integer order[],
-                                                          const fmi2Real value[]) {
-    (void)ref, (void)order, (void)value;
-    return n == 0 ? fmi2OK
-                  : status2(bgc_fmi_refuse(c, "inputs are held between points"));
-}
+CALL2(SetRealInputDerivatives,
+      (fmi2Component c, const fmi2ValueReference ref[], size_t n, const fmi2Integer order[],
+       const fmi2Real value[]),
+      ((void)ref, (void)order, (void)value,
+       n == 0 ? BGC_FMI_OK : bgc_fmi_refuse(c, "inputs are held between points")))
 
-EXPORTED fmi2Status BGC_FMI2(fmi2GetRealOutputDerivatives)(fmi2Component c,
-                                                           const fmi2ValueReference ref[], size_t n,
-                                                           const fmi2Integer order[], fmi2Real value[]) {
-    (void)ref, (void)order, (void)value;
-    return n == 0 ? fmi2OK
-                  : status2(bgc_fmi_refuse(c, "derivatives of outputs are not given"));
-}
+CALL2(GetRealOutputDerivatives,
+      (fmi2Component c, const fmi2ValueReference ref[], size_t n, const fmi2Integer order[],
+       fmi2Real value[]),
+      ((void)ref, (void)order, (void)value,
+       n == 0 ? BGC_FMI_OK : bgc_fmi_refuse(c, "derivatives of outputs are not given")))
 
 EXPORTED fmi2Status BGC_FMI2(fmi2DoStep)(fmi2Component c, fmi2Real t, fmi2Real step,
                                          fmi2Boolean no_rollback) {
@@ -141,44 +124,35 @@ EXPORTED fmi2Status BGC_FMI2(fmi2DoStep)(fmi2Component c, fmi2Real t, fmi2Real s
     return status2(bgc_fmi_step(c, t, step, &reached));
 }
 
-EXPORTED fmi2Status BGC_FMI2(fmi2CancelStep)(fmi2Component c) {
-    return status2(bgc_fmi_refuse(c, "steps are not asynchronous: none is under way"));
+CALL2(CancelStep, (fmi2Component c),
+      bgc_fmi_refuse(c, "steps are not asynchronous: none is under way"))
+
+static bgc_fmi_status not_pending(bgc_fmi *i) {
+    return bgc_fmi_report(i, BGC_FMI_DISCARD, "steps are not asynchronous");
 }
 
-static fmi2Status not_pending(fmi2Component c) {
-    return status2(bgc_fmi_report(c, BGC_FMI_DISCARD, "steps are not asynchronous"));
-}
-
-EXPORTED fmi2Status BGC_FMI2(fmi2GetStatus)(fmi2Component c, fmi2StatusKind kind, fmi2Status *value) {
-    (void)kind, (void)value;
-    return not_pending(c);
-}
+CALL2(GetStatus, (fmi2Component c, fmi2StatusKind kind, fmi2Status *value),
+      ((void)kind, (void)value, not_pending(c)))
 
 EXPORTED fmi2Status BGC_FMI2(fmi2GetRealStatus)(fmi2Component c, fmi2StatusKind kind, fmi2Real *value) {
     if (kind != fmi2LastSuccessfulTime) {
-        return not_pending(c);
+        return status2(not_pending(c));
     }
     *value = ((bgc_fmi *)c)->core.t;
     return fmi2OK;
 }
 
-EXPORTED fmi2Status BGC_FMI2(fmi2GetIntegerStatus)(fmi2Component c, fmi2StatusKind kind,
-                                                   fmi2Integer *value) {
-    (void)kind, (void)value;
-    return not_pending(c);
-}
+CALL2(GetIntegerStatus, (fmi2Component c, fmi2StatusKind kind, fmi2Integer *value),
+      ((void)kind, (void)value, not_pending(c)))
 
 EXPORTED fmi2Status BGC_FMI2(fmi2GetBooleanStatus)(fmi2Component c, fmi2StatusKind kind,
                                                    fmi2Boolean *value) {
     if (kind != fmi2Terminated) {
-        return not_pending(c);
+        return status2(not_pending(c));
     }
     *value = 0;
     return fmi2OK;
 }
 
-EXPORTED fmi2Status BGC_FMI2(fmi2GetStringStatus)(fmi2Component c, fmi2StatusKind kind,
-                                                  fmi2String *value) {
-    (void)kind, (void)value;
-    return not_pending(c);
-}
+CALL2(GetStringStatus, (fmi2Component c, fmi2StatusKind kind, fmi2String *value),
+      ((void)kind, (void)value, not_pending(c)))

@@ -12,14 +12,13 @@
 /* bgc_fmi_status has the first numbers of fmi3Status. */
 static fmi3Status status3(bgc_fmi_status status) { return (fmi3Status)status; }
 
-static fmi3Status refuse3(fmi3Instance instance, const char *text) {
-    return status3(bgc_fmi_refuse(instance, text));
-}
-
 #define BOOLEAN fmi3Boolean
 #define FUNCTION(in_2, in_3, parameters, call) \
     EXPORTED fmi3Status BGC_FMI3(fmi3##in_3) parameters { return status3(call); }
 #include "fmi_functions.h"
+
+/* A function of this version alone. */
+#define CALL3(name, parameters, call) FUNCTION(, name, parameters, call)
 
 /* --- callbacks --------------------------------------------------------------------------------- */
 
@@ -90,46 +89,38 @@ EXPORTED fmi3Instance BGC_FMI3(fmi3InstantiateScheduledExecution)(
 
 EXPORTED void BGC_FMI3(fmi3FreeInstance)(fmi3Instance instance) { bgc_fmi_free(instance); }
 
-EXPORTED fmi3Status BGC_FMI3(fmi3EnterInitializationMode)(fmi3Instance instance,
-                                                          fmi3Boolean tolerance_defined,
-                                                          fmi3Float64 tolerance, fmi3Float64 start,
-                                                          fmi3Boolean stop_defined,
-                                                          fmi3Float64 stop) {
-    (void)stop_defined, (void)stop;
-    return status3(
-        bgc_fmi_enter_initialisation(instance, tolerance_defined ? tolerance : 0.0, start));
-}
+CALL3(EnterInitializationMode,
+      (fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
+       fmi3Boolean stop_defined, fmi3Float64 stop),
+      ((void)stop_defined, (void)stop, bgc_fmi_enter_initialisation(c,
+       tolerance_defined ? tolerance : 0.0, start)))
 
 /* --- variables ----------------------------------------------------------------------------------- */
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetFloat64)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                             size_t n, fmi3Float64 value[], size_t n_value) {
-    return status3(bgc_fmi_get(instance, ref, n, value, n_value));
-}
+CALL3(GetFloat64,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3Float64 value[],
+       size_t n_value),
+      bgc_fmi_get(c, ref, n, value, n_value))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetFloat64)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                             size_t n, const fmi3Float64 value[], size_t n_value) {
-    return status3(bgc_fmi_set(instance, ref, n, value, n_value));
-}
+CALL3(SetFloat64,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3Float64 value[],
+       size_t n_value),
+      bgc_fmi_set(c, ref, n, value, n_value))
 
 /* Functions for variables of other types, which this FMU does not have. */
-static fmi3Status without(fmi3Instance instance, size_t n, const char *name) {
-    return status3(bgc_fmi_refuse_variables(instance, n, name, "Float64"));
+static bgc_fmi_status without(bgc_fmi *i, size_t n, const char *name) {
+    return bgc_fmi_refuse_variables(i, n, name, "Float64");
 }
 
 #define WITHOUT_VARIABLES3(kind)                                                                     \
-    EXPORTED fmi3Status BGC_FMI3(fmi3Get##kind)(fmi3Instance instance,                               \
-                                                const fmi3ValueReference ref[], size_t n,            \
-                                                fmi3##kind value[], size_t n_value) {                \
-        (void)ref, (void)value, (void)n_value;                                                       \
-        return without(instance, n, "fmi3Get" #kind);                                                \
-    }                                                                                                \
-    EXPORTED fmi3Status BGC_FMI3(fmi3Set##kind)(fmi3Instance instance,                               \
-                                                const fmi3ValueReference ref[], size_t n,            \
-                                                const fmi3##kind value[], size_t n_value) {          \
-        (void)ref, (void)value, (void)n_value;                                                       \
-        return without(instance, n, "fmi3Set" #kind);                                                \
-    }
+    CALL3(Get##kind,                                                                                 \
+          (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3##kind value[],             \
+           size_t n_value),                                                                          \
+          ((void)ref, (void)value, (void)n_value, without(c, n, "fmi3Get" #kind)))                   \
+    CALL3(Set##kind,                                                                                 \
+          (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3##kind value[],       \
+           size_t n_value),                                                                          \
+          ((void)ref, (void)value, (void)n_value, without(c, n, "fmi3Set" #kind)))
 WITHOUT_VARIABLES3(Float32)
 WITHOUT_VARIABLES3(Int8)
 WITHOUT_VARIABLES3(UInt8)
@@ -142,150 +133,103 @@ WITHOUT_VARIABLES3(UInt64)
 WITHOUT_VARIABLES3(Boolean)
 WITHOUT_VARIABLES3(String)
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetBinary)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                            size_t n, size_t size[], fmi3Binary value[],
-                                            size_t n_value) {
-    (void)ref, (void)size, (void)value, (void)n_value;
-    return without(instance, n, "fmi3GetBinary");
-}
+CALL3(GetBinary,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, size_t size[], fmi3Binary value[],
+       size_t n_value),
+      ((void)ref, (void)size, (void)value, (void)n_value, without(c, n, "fmi3GetBinary")))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetBinary)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                            size_t n, const size_t size[], const fmi3Binary value[],
-                                            size_t n_value) {
-    (void)ref, (void)size, (void)value, (void)n_value;
-    return without(instance, n, "fmi3SetBinary");
-}
+CALL3(SetBinary,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const size_t size[],
+       const fmi3Binary value[], size_t n_value),
+      ((void)ref, (void)size, (void)value, (void)n_value, without(c, n, "fmi3SetBinary")))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetClock)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                           size_t n, fmi3Clock value[]) {
-    (void)ref, (void)value;
-    return without(instance, n, "fmi3GetClock");
-}
+CALL3(GetClock, (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3Clock value[]),
+      ((void)ref, (void)value, without(c, n, "fmi3GetClock")))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetClock)(fmi3Instance instance, const fmi3ValueReference ref[],
-                                           size_t n, const fmi3Clock value[]) {
-    (void)ref, (void)value;
-    return without(instance, n, "fmi3SetClock");
-}
+CALL3(SetClock, (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3Clock value[]),
+      ((void)ref, (void)value, without(c, n, "fmi3SetClock")))
 
 /* Dependencies stand in the model description; sizes of arrays do not change. */
-EXPORTED fmi3Status BGC_FMI3(fmi3GetNumberOfVariableDependencies)(fmi3Instance instance,
-                                                                  fmi3ValueReference ref, size_t *n) {
-    (void)ref, (void)n;
-    return refuse3(instance, "the model description lists all dependencies");
-}
+CALL3(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference ref, size_t *n),
+      ((void)ref, (void)n, bgc_fmi_refuse(c, "the model description lists all dependencies")))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetVariableDependencies)(
-    fmi3Instance instance, fmi3ValueReference ref, size_t element[], fmi3ValueReference independent[],
-    size_t independent_element[], fmi3DependencyKind kind[], size_t n) {
-    (void)ref, (void)element, (void)independent, (void)independent_element, (void)kind, (void)n;
-    return refuse3(instance, "the model description lists all dependencies");
-}
+CALL3(GetVariableDependencies,
+      (fmi3Instance c, fmi3ValueReference ref, size_t element[], fmi3ValueReference independent[],
+       size_t independent_element[], fmi3DependencyKind kind[], size_t n),
+      ((void)ref, (void)element, (void)independent, (void)independent_element, (void)kind, (void)n,
+       bgc_fmi_refuse(c, "the model description lists all dependencies")))
 
 /* --- derivatives ------------------------------------------------------------------------------------ */
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetDirectionalDerivative)(
-    fmi3Instance instance, const fmi3ValueReference unknown[], size_t n_unknown,
-    const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
-    fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    return status3(bgc_fmi_directional(instance, unknown, n_unknown, known, n_known, seed, n_seed,
-                                       sensitivity, n_sensitivity));
-}
+CALL3(GetDirectionalDerivative,
+      (fmi3Instance c, const fmi3ValueReference unknown[], size_t n_unknown,
+       const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
+       fmi3Float64 sensitivity[], size_t n_sensitivity),
+      bgc_fmi_directional(c, unknown, n_unknown, known, n_known, seed, n_seed, sensitivity,
+       n_sensitivity))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetAdjointDerivative)(
-    fmi3Instance instance, const fmi3ValueReference unknown[], size_t n_unknown,
-    const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
-    fmi3Float64 sensitivity[], size_t n_sensitivity) {
-    return status3(bgc_fmi_adjoint(instance, unknown, n_unknown, known, n_known, seed, n_seed,
-                                   sensitivity, n_sensitivity));
-}
+CALL3(GetAdjointDerivative,
+      (fmi3Instance c, const fmi3ValueReference unknown[], size_t n_unknown,
+       const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
+       fmi3Float64 sensitivity[], size_t n_sensitivity),
+      bgc_fmi_adjoint(c, unknown, n_unknown, known, n_known, seed, n_seed, sensitivity,
+       n_sensitivity))
 
 /* --- configuration and clocks ------------------------------------------------------------------------ */
 
-EXPORTED fmi3Status BGC_FMI3(fmi3EnterConfigurationMode)(fmi3Instance instance) {
-    return refuse3(instance, "this FMU has no structural parameters to configure");
+CALL3(EnterConfigurationMode, (fmi3Instance c),
+      bgc_fmi_refuse(c, "this FMU has no structural parameters to configure"))
+
+CALL3(ExitConfigurationMode, (fmi3Instance c),
+      bgc_fmi_refuse(c, "this FMU has no structural parameters to configure"))
+
+static bgc_fmi_status no_clocks(bgc_fmi *i, size_t n) {
+    return n == 0 ? BGC_FMI_OK : bgc_fmi_refuse(i, "this FMU has no clocks");
 }
 
-EXPORTED fmi3Status BGC_FMI3(fmi3ExitConfigurationMode)(fmi3Instance instance) {
-    return refuse3(instance, "this FMU has no structural parameters to configure");
-}
+CALL3(GetIntervalDecimal,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3Float64 interval[],
+       fmi3IntervalQualifier qualifier[]),
+      ((void)ref, (void)interval, (void)qualifier, no_clocks(c, n)))
 
-static fmi3Status no_clocks(fmi3Instance instance, size_t n) {
-    return n == 0 ? fmi3OK : refuse3(instance, "this FMU has no clocks");
-}
+CALL3(GetIntervalFraction,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3UInt64 counter[],
+       fmi3UInt64 per_second[], fmi3IntervalQualifier qualifier[]),
+      ((void)ref, (void)counter, (void)per_second, (void)qualifier, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetIntervalDecimal)(fmi3Instance instance,
-                                                     const fmi3ValueReference ref[], size_t n,
-                                                     fmi3Float64 interval[],
-                                                     fmi3IntervalQualifier qualifier[]) {
-    (void)ref, (void)interval, (void)qualifier;
-    return no_clocks(instance, n);
-}
+CALL3(GetShiftDecimal,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3Float64 offset[]),
+      ((void)ref, (void)offset, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetIntervalFraction)(fmi3Instance instance,
-                                                      const fmi3ValueReference ref[], size_t n,
-                                                      fmi3UInt64 counter[], fmi3UInt64 per_second[],
-                                                      fmi3IntervalQualifier qualifier[]) {
-    (void)ref, (void)counter, (void)per_second, (void)qualifier;
-    return no_clocks(instance, n);
-}
+CALL3(GetShiftFraction,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, fmi3UInt64 counter[],
+       fmi3UInt64 per_second[]),
+      ((void)ref, (void)counter, (void)per_second, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetShiftDecimal)(fmi3Instance instance,
-                                                  const fmi3ValueReference ref[], size_t n,
-                                                  fmi3Float64 offset[]) {
-    (void)ref, (void)offset;
-    return no_clocks(instance, n);
-}
+CALL3(SetIntervalDecimal,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3Float64 interval[]),
+      ((void)ref, (void)interval, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetShiftFraction)(fmi3Instance instance,
-                                                   const fmi3ValueReference ref[], size_t n,
-                                                   fmi3UInt64 counter[], fmi3UInt64 per_second[]) {
-    (void)ref, (void)counter, (void)per_second;
-    return no_clocks(instance, n);
-}
+CALL3(SetIntervalFraction,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3UInt64 counter[],
+       const fmi3UInt64 per_second[]),
+      ((void)ref, (void)counter, (void)per_second, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetIntervalDecimal)(fmi3Instance instance,
-                                                     const fmi3ValueReference ref[], size_t n,
-                                                     const fmi3Float64 interval[]) {
-    (void)ref, (void)interval;
-    return no_clocks(instance, n);
-}
+CALL3(SetShiftDecimal,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3Float64 offset[]),
+      ((void)ref, (void)offset, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetIntervalFraction)(fmi3Instance instance,
-                                                      const fmi3ValueReference ref[], size_t n,
-                                                      const fmi3UInt64 counter[],
-                                                      const fmi3UInt64 per_second[]) {
-    (void)ref, (void)counter, (void)per_second;
-    return no_clocks(instance, n);
-}
+CALL3(SetShiftFraction,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3UInt64 counter[],
+       const fmi3UInt64 per_second[]),
+      ((void)ref, (void)counter, (void)per_second, no_clocks(c, n)))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3SetShiftDecimal)(fmi3Instance instance,
-                                                  const fmi3ValueReference ref[], size_t n,
-                                                  const fmi3Float64 offset[]) {
-    (void)ref, (void)offset;
-    return no_clocks(instance, n);
-}
-
-EXPORTED fmi3Status BGC_FMI3(fmi3SetShiftFraction)(fmi3Instance instance,
-                                                   const fmi3ValueReference ref[], size_t n,
-                                                   const fmi3UInt64 counter[],
-                                                   const fmi3UInt64 per_second[]) {
-    (void)ref, (void)counter, (void)per_second;
-    return no_clocks(instance, n);
-}
-
-EXPORTED fmi3Status BGC_FMI3(fmi3ActivateModelPartition)(fmi3Instance instance,
-                                                         fmi3ValueReference clock, fmi3Float64 time) {
-    (void)clock, (void)time;
-    return refuse3(instance, "this FMU has no Scheduled Execution");
-}
+CALL3(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time),
+      ((void)clock, (void)time, bgc_fmi_refuse(c, "this FMU has no Scheduled Execution")))
 
 /* --- events ------------------------------------------------------------------------------------------ */
 
-EXPORTED fmi3Status BGC_FMI3(fmi3EvaluateDiscreteStates)(fmi3Instance instance) {
-    (void)instance;
-    return fmi3OK;
-}
+CALL3(EvaluateDiscreteStates, (fmi3Instance c), ((void)c, BGC_FMI_OK))
 
 /* In Co-Simulation the solver handles the events of the model, and inputs act at the next step. */
 EXPORTED fmi3Status BGC_FMI3(fmi3UpdateDiscreteStates)(
@@ -331,17 +275,13 @@ EXPORTED fmi3Status BGC_FMI3(fmi3GetNumberOfContinuousStates)(fmi3Instance insta
 
 /* --- Co-Simulation ----------------------------------------------------------------------------------- */
 
-EXPORTED fmi3Status BGC_FMI3(fmi3EnterStepMode)(fmi3Instance instance) {
-    return status3(bgc_fmi_enter(instance, BGC_FMI_STEPS));
-}
+CALL3(EnterStepMode, (fmi3Instance c), bgc_fmi_enter(c, BGC_FMI_STEPS))
 
-EXPORTED fmi3Status BGC_FMI3(fmi3GetOutputDerivatives)(fmi3Instance instance,
-                                                       const fmi3ValueReference ref[], size_t n,
-                                                       const fmi3Int32 order[], fmi3Float64 value[],
-                                                       size_t n_value) {
-    (void)ref, (void)order, (void)value, (void)n_value;
-    return n == 0 ? fmi3OK : refuse3(instance, "derivatives of outputs are not given");
-}
+CALL3(GetOutputDerivatives,
+      (fmi3Instance c, const fmi3ValueReference ref[], size_t n, const fmi3Int32 order[],
+       fmi3Float64 value[], size_t n_value),
+      ((void)ref, (void)order, (void)value, (void)n_value,
+       n == 0 ? BGC_FMI_OK : bgc_fmi_refuse(c, "derivatives of outputs are not given")))
 
 EXPORTED fmi3Status BGC_FMI3(fmi3DoStep)(fmi3Instance instance, fmi3Float64 t, fmi3Float64 step,
                                          fmi3Boolean no_rollback, fmi3Boolean *event,
