@@ -1,4 +1,4 @@
-"""Signs of nodes estimated from their values at random points.
+"""Signs of nodes estimated from their values at random points, and where all that varies is zero.
 
 This is not a proof; it only chooses between equally valid ways to solve a system.
 """
@@ -9,7 +9,7 @@ import math
 import random
 from collections.abc import Callable, Mapping
 
-from bgc.algebra.dag import Dag, Symbol
+from bgc.algebra.dag import Dag, Level, Symbol
 from bgc.algebra.evaluate import Evaluator
 from bgc.algebra.nodes import Node
 
@@ -17,15 +17,29 @@ _POINTS = 12
 
 
 class Signs:
-    """Signs of nodes, with parameters at their defaults and all other symbols at random values."""
+    """Signs of nodes, with parameters at their defaults and all other symbols at random values.
+
+    At the last point they are zero: a run often starts there, and `x^2` vanishes nowhere else.
+    """
 
     def __init__(self, dag: Dag, defaults: Mapping[Symbol, float]) -> None:
+        self._levels = dag.level
         self._points = [Evaluator(dag, _anywhere(defaults, seed)) for seed in range(_POINTS)]
+        self._points.append(Evaluator(dag, lambda symbol: defaults.get(symbol, 0.0)))
 
     def is_certain(self, node: Node) -> bool:
         """Test whether a node is finite, nonzero and of one sign at all points."""
         values = [point.value(node) for point in self._points]
         return all(math.isfinite(v) and v * values[0] > 0 for v in values)
+
+    def rank(self, pivot: Node) -> int:
+        """Rank pivots: constants first, then parameters, then nodes of constant sign."""
+        level = self._levels[pivot]
+        if level == Level.CONST:
+            return 0
+        if not self.is_certain(pivot):
+            return 3
+        return 1 if level == Level.PARAM else 2
 
 
 def _anywhere(defaults: Mapping[Symbol, float], seed: int) -> Callable[[Symbol], float]:

@@ -53,7 +53,7 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
 
 
 @pytest.mark.parametrize(
-    "seed", [1022, 1028, 1065, 1155, 1137, 1877, 2232, 1956, 6035, 6681, 10251, 101211]
+    "seed", [1022, 1028, 1065, 1155, 1137, 1877, 2232, 1956, 6035, 6681, 10251, 101211, 102067]
 )
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)

@@ -147,7 +147,7 @@ def test_units_pass_through_transformers():
 def test_plain_numbers_leave_the_units_of_bonds_open():
     graph = flat(
         "model M { s : MSe(e = sin(3*time)); r : R(2 + tanh(1)); j : J1; s -> j -> r, c, d;"
-        " c : C { e = q + q^3; } d : C { e = sinh(q); } }"
+        " c : C { e = q + q^3; } d : C { e = sinh(q); } k : C { H = q^2 + 1 - cos(q); } j -> k; }"
     )
     assert {(bond.effort_unit, bond.flow_unit) for bond in graph.bonds} == {("", "")}
 

@@ -32,6 +32,7 @@ from bgc.ir.graph import (
     Source,
     Storage,
 )
+from bgc.values.units import DIMENSIONLESS
 from bgc.values.value import Value, describe_shape
 
 _MAX_PORTS = 1000  # of a multiport element, whose matrix has one row and column per port
@@ -169,7 +170,9 @@ def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
     if len(value.nodes) != 1:
         found = describe_shape(value.shape)
         raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
-    if all(laws.values.is_power(port.bond) for port in laws.ports(element, "all")):
+    plain = value.units == (DIMENSIONLESS,) and set(laws.variable(element, "e").units) == {None}
+    powers = all(laws.values.is_power(port.bond) for port in laws.ports(element, "all"))
+    if powers and not plain:  # a plain number fits bonds without units
         at = law[0].right.span
         check_units(value, JOULE, at, f"`H` of `{element.path}`")
     return EnergyLaw(value.node)

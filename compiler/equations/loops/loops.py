@@ -16,7 +16,6 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.inversion import solve_for
 from bgc.algebra.linear import LinearForm, linear_form
 from bgc.algebra.modular import Solutions, solutions_of
-from bgc.algebra.signs import Signs
 from bgc.algebra.strong_components import strong_components
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
@@ -122,7 +121,6 @@ class _Loop:
         if any(isinstance(variables.define(s), Rate) and s not in rates for s in symbols):
             raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
-        self._signs = Signs(self._dag, variables.defaults)
         self.divisors: list[Divisor] = []  # pivots of the solution that may vanish
 
     def _target(self, symbol: Node) -> Node:
@@ -270,14 +268,15 @@ class _Loop:
         def note(pivot: Node, alone: bool) -> None:
             if self._dag.level[pivot] == Level.PARAM:
                 self._variables.watch(pivot, message)
-            elif not alone and not self._signs.is_certain(pivot):
+            elif not alone and not self._variables.signs.is_certain(pivot):
                 unsafe.append(pivot)
             elif self._variables.may_vanish(pivot):
                 doubtful.append(pivot)
 
         try:
+            rank = self._variables.signs.rank
             values = solve_general(
-                self._dag, self._fingerprints, system.matrix, system.right, self._preference, note
+                self._dag, self._fingerprints, system.matrix, system.right, rank, note
             )
         except SingularSystemError:
             size = range(len(system.torn))
@@ -288,15 +287,6 @@ class _Loop:
         what, span = f"a divisor of the algebraic loop at `{name}`", places.span_of(system.torn[0])
         self.divisors = [Divisor(node, what, span) for node in doubtful]
         return dict(zip(system.torn, values, strict=True))
-
-    def _preference(self, node: Node) -> int:
-        """Rank pivots: constants first, then parameters, then nodes of constant sign."""
-        level = self._dag.level[node]
-        if level == Level.CONST:
-            return 0
-        if not self._signs.is_certain(node):
-            return 3
-        return 1 if level == Level.PARAM else 2
 
     def _unsolvable(
         self,

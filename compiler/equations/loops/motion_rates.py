@@ -17,7 +17,6 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative
-from bgc.equations.loops.rates import implicit_rates
 from bgc.equations.loops.substitution import Resolver
 from bgc.equations.variables.definitions import Explicit, Variables
 from bgc.ir.fields import map_nodes, nodes_of
@@ -41,7 +40,7 @@ def settle_motions(
     settled = resolver.of_final_nodes(len(program.states), variables.multipliers)
     if not variables.speeds:
         return program, settled
-    settling = _Settling(program, variables, resolver)
+    settling = _Settling(program, variables, resolver, settled)
     states = list(program.states)
     for symbol in variables.resting:
         number = numbers[symbol]
@@ -57,11 +56,14 @@ def settle_motions(
 
 
 class _Settling:
-    def __init__(self, program: Program, variables: Variables, resolver: Resolver) -> None:
+    def __init__(
+        self, program: Program, variables: Variables, resolver: Resolver, settled: Resolver
+    ) -> None:
         self._dag = program.dag
         self._variables = variables
         self._fingerprints = variables.causal.fingerprints
         self._resolver = resolver
+        self._settled = settled
         self._rest = dict.fromkeys(variables.speeds, self._dag.zero)
 
     def _without_speeds(self, node: Node) -> Node | None:
@@ -128,4 +130,4 @@ class _Settling:
                     waiting.append(unknown[inner])
                 else:
                     direction[inner] = self.rested(rate)
-        return direction | implicit_rates(dag, self._fingerprints, unknown, direction)
+        return direction | self._settled.implicit_rates(symbol, unknown, direction)

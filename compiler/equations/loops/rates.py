@@ -4,26 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from bgc.algebra.dag import Dag, Kind
+from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
-from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.symbolic_systems import solve_general
+from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import Node
 from bgc.record_class import dataclass
 
 
 def implicit_rates(
-    dag: Dag,
-    fingerprints: Fingerprints,
+    variables: Variables,
     residuals: Mapping[Node, Node],
     direction: Mapping[Node, Node],
+    divisors: set[Node],
 ) -> dict[Node, Node]:
     """Solve `J x' = -(dr/dz) z'` for the rates x' of unknowns, a mapping to their residuals r.
 
     `direction` gives the rates z' of the other symbols in the residuals. J is regular since the
-    loops are.
+    loops are. Pivots that may vanish all the same are added to `divisors`.
     """
-    unknowns = list(residuals)
+    dag, signs, unknowns = variables.dag, variables.signs, list(residuals)
+
+    def note(pivot: Node, alone: bool) -> None:
+        if not alone and not signs.is_certain(pivot) and variables.may_vanish(pivot):
+            divisors.add(pivot)
+
     if not unknowns:
         return {}
     matrix = [
@@ -31,7 +36,8 @@ def implicit_rates(
         for residual in residuals.values()
     ]
     right = [dag.neg(directional_derivative(dag, r, direction)) for r in residuals.values()]
-    rates = solve_general(dag, fingerprints, matrix, right, lambda node: dag.level[node])
+    fingerprints = variables.causal.fingerprints
+    rates = solve_general(dag, fingerprints, matrix, right, signs.rank, note)
     return dict(zip(unknowns, rates, strict=True))
 
 
@@ -44,22 +50,24 @@ class RateTerms:
 
 
 def rate_terms(
-    dag: Dag,
-    fingerprints: Fingerprints,
+    variables: Variables,
     node: Node,
     rates: Mapping[Node, Node],
     residuals: Mapping[Node, Node],
+    divisors: set[Node],
 ) -> RateTerms:
     """The rate of a final node over the rates of its states (a mapping to raw nodes).
 
-    `residuals` maps the unknowns of loops that it depends on to their residuals.
+    `residuals` maps the unknowns of loops that it depends on to their residuals. Pivots that may
+    vanish are added to `divisors`.
     """
+    dag = variables.dag
     time = dag.symbol(Kind.TIME)
     inner: Sequence[Node] = (time, *rates)
 
     def slope(by: Node) -> Node:
         direction = {other: dag.one if other == by else dag.zero for other in inner}
-        moved = implicit_rates(dag, fingerprints, residuals, direction)
+        moved = implicit_rates(variables, residuals, direction, divisors)
         return directional_derivative(dag, node, direction | moved)
 
     weights: dict[Node, Node] = {}

@@ -149,18 +149,32 @@ class Resolver:
                 return self.final[inner]
             case Rate(of):
                 self.rates_read.append((node, self.final[of]))
-                return self._rate(self.final[of])
+                return self._rate(node, self.final[of])
             case Unknown():
                 raise self._variables.places.unsolvable([node])
 
-    def _rate(self, of: Node) -> Node:
+    def _rate(self, symbol: Node, of: Node) -> Node:
         dag = self._dag
         rates, unknown = self._moving(of)
         direction = {dag.symbol(Kind.TIME): dag.one}
         direction |= {inner: self.final[rate] for inner, rate in rates.items()}
-        fingerprints = self._variables.causal.fingerprints
-        direction |= implicit_rates(dag, fingerprints, unknown, direction)
+        direction |= self.implicit_rates(symbol, unknown, direction)
         return directional_derivative(dag, of, direction)
+
+    def implicit_rates(
+        self, symbol: Node, unknown: Mapping[Node, Node], direction: Mapping[Node, Node]
+    ) -> dict[Node, Node]:
+        """The rates of unknowns that the rate of a raw symbol needs; see `rates.py`."""
+        doubtful: set[Node] = set()
+        found = implicit_rates(self._variables, unknown, direction, doubtful)
+        self._watch(symbol, doubtful)
+        return found
+
+    def _watch(self, symbol: Node, divisors: Collection[Node]) -> None:
+        """Note divisors by which a rate was found, and which may vanish."""
+        places = self._variables.places
+        what, span = f"a divisor of `{places.name_of(symbol)}`", places.span_of(symbol)
+        self.divisors += [Divisor(node, what, span) for node in sorted(divisors)]
 
     def _moving(self, of: Node) -> tuple[dict[Node, Node], dict[Node, Node]]:
         """The raw rates of the states in a final node, and the residuals of the unknowns in it."""
@@ -201,12 +215,14 @@ class Resolver:
             definition = self._variables.define(node)
             if isinstance(definition, Rate) and definition.of in self.final:
                 self.rates_read.append((node, self.final[definition.of]))
-                found[node] = self._rate_terms(self.final[definition.of])
+                found[node] = self._rate_terms(node, self.final[definition.of])
         return found
 
-    def _rate_terms(self, of: Node) -> RateTerms:
-        rates, unknown = self._moving(of)
-        return rate_terms(self._dag, self._variables.causal.fingerprints, of, rates, unknown)
+    def _rate_terms(self, symbol: Node, of: Node) -> RateTerms:
+        doubtful: set[Node] = set()
+        found = rate_terms(self._variables, of, *self._moving(of), doubtful)
+        self._watch(symbol, doubtful)
+        return found
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:
         """Return whether a cycle is the inverse law of one element, not a loop of the graph."""

@@ -16,6 +16,7 @@ from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import ConstrainedEnergy
 from bgc.algebra.quadratic import Definition as FlowDefinition
+from bgc.algebra.signs import Signs
 from bgc.causality.certificates import Certificate, Certifier
 from bgc.equations.variables.balances import Balances, CausalIndex
 from bgc.equations.variables.law_nodes import following_law, gyrator_law, gyristor_law, resistor_law
@@ -154,6 +155,11 @@ class Variables:
             if port.role is Role.RESISTANCE:
                 for given in self.laws_of([k]):
                     self._ports_of_law.setdefault(given, []).append(k)
+
+    @cached_property
+    def signs(self) -> Signs:
+        """The signs of final nodes, to choose pivots by."""
+        return Signs(self.dag, self.defaults)
 
     @cached_property
     def flow_definitions(self) -> dict[int, FlowDefinition]:
