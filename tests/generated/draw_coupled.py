@@ -86,11 +86,12 @@ class CoupledDraw(ModelDraw):
             self._gyrating(self.rng.choice(bodies))
 
     def _gyrating(self, node: Node) -> None:
-        """Efforts without power on two flows, whose modulus moves."""
+        """Efforts without power on two flows, whose modulus moves; not where efforts give flows."""
         e, f = variable(node.domain, "e"), variable(node.domain, "f")
         k, m = sorted(self.rng.sample(range(node.width), 2))
         size = Num(nice(self.rng, e.size / f.size), e.unit / f.unit)
-        modulus = size * self.rng.choice([call("sin", self._argument(node)), ONE])
+        moving = self.rng.choice([call("sin", self._argument(node)), ONE])
+        modulus = size * (moving if node.kind == "J1" else ONE)
         table: list[list[Expr]] = [[ZERO] * node.width for _ in range(node.width)]
         table[k][m], table[m][k] = -modulus, modulus
         name = self.home.fresh("turning")
