@@ -227,106 +227,30 @@ struct bgc_data {
     void *allocated; /* holds `memory`, which begins at a cache line */
     double *memory;
 
-    /* Saved. */
-    size_t n_saved;
-    double *p, *h, *x, *u, *u_seen, *scale, *mass;
-    double *u_step;         /* inputs and modes of the last step */
-    double *mode;           /* n_switch: modes at the present; NaN where a switch has none */
-    double *argument;       /* n_switch: arguments at the present */
-    double *extent;         /* n_switch: the largest absolute value of each argument so far */
-    double *swing;          /* n_switch: the variation of each argument over a step (switch_margins.c) */
-    double *rest;           /* n_switch: how far from its edge the argument of a kink at rest there may be
-                             * by rounding; 0 where it does not rest (switch_margins.c) */
-    double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
-                             * the switch is left to error control */
-    double *change_of_mode; /* n_switch: the last change of each mode */
-    double *subtol_phase, *subtol_from, *subtol_to; /* see subtolerance.c */
-    double *subtol_low, *subtol_at, *subtol_entered, *subtol_left;
-    double *sampling, *instants; /* 2 n_rate: periods and offsets; n_rate: instants that have passed */
-    double *turned;         /* n_switch: not 0 where the mode is that before a jump: how far the
-                             * argument may lie beyond its edge by rounding (jumps.c) */
-    double *holds;          /* n_jump: not 0 where the condition was true at the last event */
-    double *jumped_at, *close_jumps; /* n_jump: time of the last jump, and jumps in quick succession */
-    bgc_subtolerance_state *subtol; /* n_state */
-    double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
-    double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
-    bgc_range *h_range, *u_range; /* h and u as ranges: ranges.c */
-    double *variation;      /* n_term: of each term of time alone, the largest that a step resolved */
-    double *patience;       /* n_term: factor of the steps that each allows; INFINITY: not watched */
-    double *f_before;       /* f at the start of a step that a term has limited */
-    double *inverse_mass;   /* 1 / m_ii where row i of M has no other entry, else 0 */
-    double *algebraic;      /* 1 where row i of M is empty, else 0 */
-    double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
-    double *dominant;       /* of the last power iteration: stiffness.c */
-    double *direction, *image; /* of the power iteration of spectrum.c, and its image */
-    double *jac, *dfdt, *lu, *f;
-    double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
-    bgc_complex *lu_complex;
-    double *closed_before;  /* dw/dx and responses of closed chains at the present */
-    double *response_size;  /* of each row of these: the largest diagonal of S so far */
-    double *off;            /* how far the present is off, true minus computed: global_error.c, */
-    double *off_before, *off_at_end; /* and the ends of the last step, before a jump */
-    double *off_inside;     /* 2 vectors: the same of the dense output at two points, beside that of the ends */
-    double *largest_off;    /* n_output: the largest errors since the last row, */
-    double *lowest, *highest; /* and the ends of the ranges of the outputs so far */
-    double *chosen;         /* n_row, n_condition: 1 where a row or condition of these is chosen, else 0 */
+    size_t n_saved; /* doubles of the arrays that are saved */
+#define ARRAY(type, name, count) type *name;
+#define NUMBERS(name, count) double *name;
+#define SCRATCH
+#include "arrays.h"
+#undef ARRAY
+#undef NUMBERS
+#undef SCRATCH
 
-    /* Scratch. */
-    double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
-    double *implicit;       /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
-    bgc_complex *complex_right, *b_complex, *residual_complex;
-    double *next, *error;   /* the solution and the error estimate of a step */
-    double *noise;          /* the error estimate of a perturbed attempt */
-    double *f_last;         /* f at the last stage of an explicit step */
-    double *point, *right, *residual, *magnitude, *b;
-    double *output, *command, *check, *work;
-    double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
-    double *probe, *after;  /* arguments of switches */
-    double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
-    double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
-    double *held_value;     /* n_held */
-    double *condition, *reset_value; /* n_jump; of all resets */
-    double *edge_rate;      /* n_edge: rates of the arguments of the switches of conditions */
-    double *moved;          /* n_edge: not 0 where motion, not a jump, has changed the mode */
-    double *watch_sample;   /* (BGC_SAMPLES + 1) n_watch: watched arguments */
-    double *watch_probe;    /* n_watch */
-    bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
-    bgc_range *timed_range; /* 2 n_timed: of each argument of a switch of time alone, and its derivative */
-    double *around;         /* n_term: variations to compare with, */
-    double *widest;         /* and in the window ahead */
-    double *sparse_work;    /* 3 n_unknowns: elimination by tables */
-    double *block_work;     /* 18 n_place: elimination in blocks */
-    double *reach;          /* n_unknowns: sizes of a solution that count in its check */
-    double *off_work;       /* 10 vectors of states: global_error.c, */
-    double *off_output, *off_reset; /* outputs of the true state; of all resets */
-    double *off_argument, *off_along, *off_rate; /* n_switch: arguments at an event, and their derivatives */
-    double *wide;           /* n_unknowns: a right-hand side with inner rows, and its solution */
-    bgc_complex *wide_complex;
-    double *local, *slopes; /* n_local; n_jac: inner.c */
-    double *inner;          /* a dense matrix of all unknowns */
-    size_t inner_room;
-    double *dense_lu;       /* n by n: dense factors */
+    /* Matrices that are allocated when they are needed: of all unknowns, dense factors, of a search for
+     * a start, for at most BGC_MAX_SEARCHED unknowns. */
+    double *inner, *dense_lu, *block_search;
     bgc_complex *dense_lu_complex;
-    size_t dense_room, dense_room_complex, block_room; /* rows and columns that there is room for */
+    size_t inner_room, dense_room, dense_room_complex, block_room; /* rows that there is room for */
     int *pivot, *pivot_complex;
 
-    /* The block of states that the algebraic equations are solved for, and scratch: consistent.c. */
+    /* The block of states that the algebraic equations are solved for: consistent.c. */
     int n_block;
-    int *block;             /* their numbers */
-    int *place;             /* of each state: its position in the block, or -1 */
+    int *block; /* their numbers */
+    int *place; /* of each state: its position in the block, or -1 */
     int *block_pivot;
-    double *block_lu, *block_jac; /* n_block by n_block; n_jac */
-    double *block_search;   /* of a search for a start, for at most BGC_MAX_SEARCHED unknowns */
-    double *first, *start, *largest, *trial, *homotopy, *change, *next_change;
-
-    /* The equations of the start: unknowns, Newton iterates, residuals and factors (start.c). */
-    double *start_at, *start_from, *start_trial, *start_change, *start_next, *start_first;
-    double *start_magnitude, *start_jac, *start_lu;
-    int *start_pivot;
-    double *closing;        /* closures.c */
-    int *closing_pivot, *closing_list;
-    double *closed_after;   /* as closed_before, at the end of the step, */
-    double *next_chosen;    /* and as chosen from there on */
+    double *block_lu; /* n_block by n_block */
+    int *start_pivot; /* of the equations of the start: start.c */
+    int *closing_pivot, *closing_list; /* of closed chains: closures.c */
 
     bgc_device *device;
     int failed_device;       /* the last one that reported a fault, or -1; */

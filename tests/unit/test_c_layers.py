@@ -31,7 +31,7 @@ UNITS = {
 def text_of(path: Path) -> str:
     """The text of a file and of the sources that it includes once for each kind of number."""
     text = path.read_text("utf-8")
-    included = re.findall(r'^#include "(\w+_kinds\.h)"', text, re.MULTILINE)
+    included = re.findall(r'^#include "(\w+_kinds\.h|arrays\.h)"', text, re.MULTILINE)
     for name, kind in zip(included, ("", "_complex"), strict=False):
         source = (FOLDER / name).read_text("utf-8")
         text += re.sub(r"BGC_KIND\((\w+)\)", rf"\g<1>{kind}", source)

@@ -15,68 +15,34 @@ typedef struct {
     size_t used;
 } layout;
 
-static lane *place(layout *at, int count) {
+static lane *place(layout *at, size_t count) {
     lane *start = at->from == NULL ? NULL : at->from + at->used;
 
-    at->used += (size_t)count;
+    at->used += count;
     return start;
 }
 
 /* Allocates the arrays of a batch; returns their size in lanes. */
 static size_t place_all(bgc_batch *b, lane *from) {
     const bgc_model *m = b->m;
-    const int n = m->n_state, unknowns = bgc_unknowns(m);
+    const size_t n = (size_t)m->n_state, unknown = (size_t)bgc_unknowns(m);
+    const size_t local = (size_t)bgc_local_entries(m).count, slopes = (size_t)m->n_jac;
+    const size_t switches = (size_t)m->n_switch, checks = (size_t)m->n_assert;
+    const size_t kernel_work = (size_t)b->kernel->n_work;
     layout at = {from, 0};
 
-    /* The equations: inputs, f, df/dx and the factors of W. */
-    b->h = place(&at, m->n_hoist);
-    b->x = place(&at, n);
-    b->u = place(&at, m->n_input + m->n_switch);
-    b->u_step = place(&at, m->n_input + m->n_switch);
-    b->mass = place(&at, m->n_mass);
-    b->scale = place(&at, unknowns);
-    b->inverse_mass = place(&at, n);
-    b->jac = place(&at, bgc_local_entries(m).count);
-    b->dfdt = place(&at, n);
-    b->lu = place(&at, m->n_lu);
-    b->f = place(&at, n);
-    b->f_last = place(&at, n);
-
-    /* A step: dense output, stages, error, and right-hand sides with inner unknowns. */
+#define ARRAY(type, name, count)
+#define NUMBERS(name, count) b->name = place(&at, count);
+#define SCRATCH
+#include "arrays.h"
+#undef ARRAY
+#undef NUMBERS
+#undef SCRATCH
     b->spare = place(&at, n);
     b->end = place(&at, n);
-    b->k = place(&at, BGC_MAX_DENSE * n);
-    b->stages = place(&at, BGC_MAX_STAGES * n);
-    b->direction = place(&at, n);
-    b->image = place(&at, n);
-    b->next = place(&at, n);
-    b->error = place(&at, n);
-    b->point = place(&at, n);
-    b->right = place(&at, n);
-    b->b = place(&at, unknowns);
-    b->wide = place(&at, unknowns);
-    b->residual = place(&at, unknowns);
-    b->reach = place(&at, unknowns);
-    b->magnitude = place(&at, unknowns);
-
-    /* Results of kernels, and switches and pulses within a step. */
-    b->output = place(&at, m->n_output + 4);
-    b->check = place(&at, m->n_assert);
-    b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
-    b->extent = place(&at, m->n_switch);
-    b->hiding = place(&at, (BGC_SAMPLES + 1) * m->n_watch);
-
-    /* Warnings about accuracy: corrections, rounding, states below their tolerances. */
-    b->correction = place(&at, n);
-    b->corrected_at = place(&at, n);
-    b->range = place(&at, n);
-    b->trial = place(&at, n);
-    b->change = place(&at, n);
-    b->noise = place(&at, n);
-    b->subtol_from = place(&at, n);
-    b->subtol_to = place(&at, n);
-    b->spare_row = (double *)place(&at, m->n_output + 4);
-    b->work = place(&at, b->kernel->n_work);
+    b->argument = place(&at, (BGC_SAMPLES + 1) * switches);
+    b->hiding = place(&at, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
+    b->spare_row = (double *)place(&at, (size_t)m->n_output + 4);
     return at.used;
 }
 

@@ -35,23 +35,24 @@ typedef struct {
     unsigned written;        /* and have their rows up to t */
     unsigned at_fault;       /* because of these lanes the last attempt was rejected */
 
-    lane *h, *x, *u, *u_step, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f, *f_last;
-    lane *y0, *y1, *k, *stages; /* y0 and y1 are among x, next, spare, end */
+#define ARRAY(type, name, count)
+#define NUMBERS(name, count) lane *name;
+#define SCRATCH
+#include "arrays.h"
+#undef ARRAY
+#undef NUMBERS
+#undef SCRATCH
+    lane *y0, *y1; /* among x, next, spare, end */
     lane *spare, *end, *slopes; /* slopes: f at the start of the step */
-    lane *direction, *image, newest;
-    lane *next, *error, *point, *right, *b, *wide, *residual, *reach, *magnitude;
-    lane *output, *check, *work;
-    lane *argument, *extent, *hiding;
+    lane *argument, *hiding;
+    lane newest;
     bgc_lane_accounts account;
     lane scale_reached;
     int n_block;             /* none: instances with algebraic equations run alone */
     const int *block;
 
     /* What runs are warned of. */
-    lane *correction, *corrected_at, *range;
-    lane *trial, *change, *noise;      /* of a perturbed attempt */
     lane rounding, largest_rounding;   /* as in bgc_counts */
-    lane *subtol_from, *subtol_to;
 
     const double *times;     /* of all rows */
     double *const *rows;     /* of each instance */
