@@ -25,6 +25,8 @@ from bgc.building.toolchain import (
     LOOP_FLAGS,
     NO_FILE,
     RUNTIME_FLAGS,
+    SCALAR_FLAGS,
+    STEP_FLAGS,
     Compilations,
     Toolchain,
     try_compiler,
@@ -51,7 +53,6 @@ _LOOPS = frozenset(
         "dense",
         "explicit",
         "followed_states",
-        "global_error",
         "inner",
         "rosenbrock",
         "sparse",
@@ -62,6 +63,9 @@ _LOOPS = frozenset(
         "vectors",
     )
 )
+_SCALAR = frozenset(("attempt", "global_error", "linear", "watch"))
+# Optional parts that every step of a model with them calls.
+_IN_STEPS = frozenset(("closures", "consistent", "events", "sampled", "timed"))
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
 # replace them in a model that does not need them.
 _OPTIONAL = {
@@ -85,7 +89,7 @@ _OPTIONAL = {
     "watch": ("watch",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
-_SHARED = 2  # units that every model needs
+_SHARED = 3  # units that every model needs
 # Files of the runtime that are compiled twice: for one instance, and on vector registers for many.
 INTEGRATOR = (
     "acceptance",
@@ -140,7 +144,7 @@ def driver_names() -> tuple[str, ...]:
 
 
 def shared_runtime_units() -> tuple[Unit, ...]:
-    """Read the C sources that every model needs: two units, by how often a step goes there.
+    """Read the C sources that every model needs: three units, by how often a step goes there.
 
     Started once each, and at no higher level than is felt, the C compiler takes half the time that
     it takes for every file by itself at `-O3`.
@@ -160,20 +164,24 @@ def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     units = list(shared_runtime_units())
     for part in sorted(parts):
         own = {name: path for name, path in sources.items() if _belongs(name, part)}
-        units += _units(f"runtime_{part}", own)
+        units += _units(f"runtime_{part}", own, STEP_FLAGS if part in _IN_STEPS else LIGHT_FLAGS)
     absent = {part: folder / "absent" / f"{part}.c" for part in EVERY_PART - parts}
     return (*units, *_units("runtime_absent", absent))
 
 
-def _units(name: str, sources: Mapping[str, Path]) -> tuple[Unit, ...]:
-    """Join C sources to a unit of loops and one of the rest; an empty one is left out."""
+def _units(
+    name: str, sources: Mapping[str, Path], flags: tuple[str, ...] = LIGHT_FLAGS
+) -> tuple[Unit, ...]:
+    """Join C sources to units of loops, of scalar code and, with `flags`, of the rest."""
     texts = {file: sources[file].read_text(encoding="utf-8") for file in sorted(sources)}
     loops = {file: texts.pop(file) for file in sorted(_LOOPS & texts.keys())}
-    both = (
+    scalar = {file: texts.pop(file) for file in sorted(_SCALAR & texts.keys())}
+    units = (
         Unit(f"{name}_loops", _joined(loops), LOOP_FLAGS),
-        Unit(name, _joined(texts), LIGHT_FLAGS),
+        Unit(f"{name}_scalar", _joined(scalar), SCALAR_FLAGS),
+        Unit(name, _joined(texts), flags),
     )
-    return tuple(unit for unit in both if unit.text)
+    return tuple(unit for unit in units if unit.text)
 
 
 def runtime_sources(folder: Path) -> dict[str, Path]:
