@@ -132,9 +132,10 @@ def model_tables(
         table("start_guess", "double ", [number(x) for x in program.start.guess])
         fields.append(("n_start", str(len(program.start.guess))))
     if program.given:
-        names = [f"{given.variable}0 of {given.name}" for given in program.given]
+        names = [f"{given.variable} of {given.name}" for given in program.given]
         table("given_name", "char *const ", [quoted(name) for name in names])
-        indices("given_default", [int(given.is_default) for given in program.given])
+        kinds = [2 if given.is_rounded else int(given.is_default) for given in program.given]
+        indices("given_kind", kinds)
         fields.append(("n_given", str(len(program.given))))
     return tables, fields
 

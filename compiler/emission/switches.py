@@ -101,7 +101,7 @@ def places_of(lowered: Lowered) -> Places:
         jumps=tuple(Place(jump.span) for jump in lowered.program.jumps),
         held=tuple(Place(held.span, (held.name,)) for held in lowered.program.held),
         given=tuple(
-            Place(given.span, (f"{given.variable}0", given.name)) for given in lowered.program.given
+            Place(given.span, (given.variable, given.name)) for given in lowered.program.given
         ),
         checks=tuple(Place(check.symmetric) for check in lowered.program.positive),
         parameters=_parameter_places(lowered.program),

@@ -26,7 +26,12 @@ from bgc.equations.port_stability import with_port_checks
 from bgc.equations.representable import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
-from bgc.equations.start.given import resolve_given, stiffness_at_start, values_to_check
+from bgc.equations.start.given import (
+    given_of_states,
+    resolve_given,
+    stiffness_at_start,
+    values_to_check,
+)
 from bgc.equations.start.problem import Problem, start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import Accounts, energy_accounts
@@ -152,6 +157,7 @@ def _resolved(system: _System) -> _Unsettled:
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
     given = resolve_given(variables, resolver, system.elements)
+    given += given_of_states(graph, states)
     count = len(states)
     states += algebraic_states(variables, resolver)
     states = _with_closed_initials(graph, states)

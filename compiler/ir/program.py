@@ -58,20 +58,25 @@ class Start:
     names: tuple[str, ...]
 
 
+INITIAL_VALUE = "initial value"  # the variable of a `GivenValue` of a declared state
+
+
 @dataclass(frozen=True, slots=True)
 class GivenValue:
     """An initial value that the user gives: `node`, of the start, has to be `value`.
 
-    It is not obvious that it is: a law, a loop or a closed chain is solved for the start.
-    `is_default` is one that the model gives as zero; it holds unless parameters make it another.
+    It is not obvious that it is: a law, a loop or a closed chain is solved for the start, or a
+    state is projected. `is_default` is one that the model gives as zero; it holds unless parameters
+    make it another. `is_rounded` is one whose digits may miss an invariant, as a quaternion's do.
     """
 
     node: Node
     value: Node
-    variable: str  # `q`, `p`, `e` or `f`
-    name: str  # of the element
+    variable: str  # `q0`, `p0`, `e0`, `f0`, `INITIAL_VALUE` of a declared state
+    name: str  # of the element or state
     span: Span
-    is_default: bool
+    is_default: bool = False
+    is_rounded: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,9 @@ typedef struct {
     const char *options;  /* "key=value" lines, as written in the scene */
 } bgc_device_info;
 
+/* An initial value that the user gives. */
+typedef enum { BGC_GIVEN = 0, BGC_GIVEN_BY_DEFAULT = 1, BGC_GIVEN_ROUNDED = 2 } bgc_given_kind;
+
 /* A piecewise operation on an argument z. Its mode is its result, or the piece that applies: of a kink,
  * BGC_NOT_BELOW. */
 typedef enum {
@@ -257,11 +260,11 @@ typedef struct bgc_model {
     void (*started)(const double *h, double t, const double *u, const double *s, double *x,
                     double *w);
     /* Initial values that the user gives and that need a check: what value k is at the start in g[2 k], what it has
-     * to be in g[2 k + 1]. A default (given_default[k] not 0) of zero need not hold. 0 and NULL where there are
-     * none. */
+     * to be in g[2 k + 1]. A default of zero need not hold, and a value that counts as rounded may be off by 1e-3
+     * of itself. 0 and NULL where there are none. */
     int n_given;
     const char *const *given_name;
-    const int *given_default;
+    const int *given_kind;  /* bgc_given_kind */
     void (*given)(const double *h, double t, const double *x, const double *u, double *g, double *w);
     /* The states that switches() reads, where they are few and neither projected nor algebraic; 0
      * where it may read any. */
@@ -361,6 +364,9 @@ double bgc_get_param(const bgc_model *m, const bgc_data *d, int k);
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
 /* The same for callers that set another state afterwards: given values need not hold. */
 bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t);
+/* After a reset: by how much each state differs from its given initial value because that does not close a
+ * chain, n_state numbers; zero where parameters that nothing sets close it. */
+void bgc_closing_moves(const bgc_model *m, bgc_data *d, double *move);
 /* Restarts the run at the present time from the state that the caller has written; the algebraic
  * equations are solved for the states without a derivative. Parameters, modes and devices do not
  * change. */

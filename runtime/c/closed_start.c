@@ -165,6 +165,17 @@ bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+/* d->start is scratch. */
+void bgc_closing_moves(const bgc_model *m, bgc_data *d, double *move) {
+    const bgc_closure_info *c = m->closure_info;
+
+    m->initial(d->h, d->core.t, d->u, d->start, d->work);
+    memset(move, 0, (size_t)m->n_state * sizeof *move);
+    for (int k = 0; c != NULL && k < c->n_moved; k++) {
+        move[c->moved[k]] = d->x[c->moved[k]] - d->start[c->moved[k]];
+    }
+}
+
 /* Projects the start onto the closed chains, repeatedly: momenta of laws that are not linear follow from
  * the flows by Newton's method. */
 bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d) {

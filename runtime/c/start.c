@@ -18,6 +18,7 @@ static const double start_rounding = 64.0;        /* roundings in a residual */
 static const double least_start_damping = 1e-8;
 static const double least_start_stride = 1e-6;    /* of the homotopy */
 static const double missed_part = 1e-6;           /* of a given value: less is rounding */
+static const double rounded_part = 1e-3;          /* the same of a value that counts as rounded */
 static const double missed_in_rounded_chain = 1e-2; /* the same where its positions were moved */
 static const double moved_position = 1e-9;        /* of a closed chain, m or rad */
 static const double part_of_state = 1e-9;         /* within which a start is the one that is given */
@@ -182,7 +183,6 @@ static double rounding_of_given(const bgc_model *m, bgc_data *d, int k, const do
 /* After a reset: whether the values that the user gives hold at the start. A value that is missed is
  * one that no state has within the rounding of this one. d->next and d->start are scratch. */
 bgc_status bgc_check_given(const bgc_model *m, bgc_data *d) {
-    const bgc_closure_info *c = m->closure_info;
     double part = missed_part, *moves = d->next;
 
     if (m->n_given == 0) {
@@ -190,20 +190,20 @@ bgc_status bgc_check_given(const bgc_model *m, bgc_data *d) {
     }
 
     /* Positions that close a chain differ from their given values by the rounding of these. */
-    m->initial(d->h, d->core.t, d->u, d->start, d->work);
-    memset(moves, 0, (size_t)m->n_state * sizeof *moves);
-    for (int i = 0; c != NULL && i < c->n_moved; i++) {
-        const int state = c->moved[i];
-        moves[state] = fabs(d->x[state] - d->start[state]);
-        part = moves[state] > moved_position ? missed_in_rounded_chain : part;
+    bgc_closing_moves(m, d, moves);
+    for (int i = 0; i < m->n_state; i++) {
+        part = fabs(moves[i]) > moved_position ? missed_in_rounded_chain : part;
     }
 
     for (int k = 0; k < m->n_given; k++) {
         const double missed = fabs(missed_at(m, d, d->x, k));
         const double value = d->check[2 * k], wanted = d->check[2 * k + 1];
 
-        if ((m->given_default[k] && wanted == 0.0) ||
-            missed <= part * fmax(fabs(value), fabs(wanted))) {
+        const int kind = m->given_kind[k];
+        const double allowed = kind == BGC_GIVEN_ROUNDED ? fmax(part, rounded_part) : part;
+
+        if ((kind == BGC_GIVEN_BY_DEFAULT && wanted == 0.0) ||
+            missed <= allowed * fmax(fabs(value), fabs(wanted))) {
             continue;
         }
         if (!(missed <= rounding_of_given(m, d, k, moves))) {

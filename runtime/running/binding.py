@@ -46,6 +46,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_get_param": (c_double, (c_int,)),
     "bgc_reset": (c_int, (c_double,)),
     "bgc_reset_unchecked": (c_int, (c_double,)),
+    "bgc_closing_moves": (None, (_Doubles,)),
     "bgc_restart": (c_int, ()),
     "bgc_rhs": (c_int, (_Doubles,)),
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
@@ -363,6 +364,12 @@ class Instance:
         """The observed values at the present time and state."""
         y = np.full(self.library.model.n_output, np.nan)
         return Status(self._call("bgc_outputs", _doubles(y))), y
+
+    def closing_moves(self) -> Array:
+        """By how much closed chains have moved the states at a start from their given values."""
+        moves = np.full(self.library.model.n_state, np.nan)
+        self._call("bgc_closing_moves", _doubles(moves))
+        return moves
 
     def chain_rows(self) -> tuple[Status, Array, Array]:
         """The rows that keep closed chains closed, zero in a run, and their derivatives by x."""

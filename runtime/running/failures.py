@@ -10,6 +10,7 @@ from bgc.building.build_result import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.ir.program import INITIAL_VALUE
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.running.binding import Instance, text
@@ -122,7 +123,10 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
         return starts.no_start(places.start)
     if index > model.n_param + model.n_check:
         place = places.given[index - model.n_param - model.n_check - 1]
-        return starts.missed_start(place.span, *place.states)
+        variable, name = place.states
+        if variable == INITIAL_VALUE:
+            return starts.projected_start(place.span, name)
+        return starts.missed_start(place.span, variable, name)
     if index >= model.n_param:
         message = text(model.param_check[index - model.n_param])
         element = _at(places.checks, index - model.n_param).span

@@ -29,10 +29,10 @@ from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.run import watched, with_capped_step
+from bgc.runtime.running.run_warnings import start_warnings
 from bgc.runtime.running.simulate import (
     TOO_MANY_ROWS,
     bare_result,
@@ -87,7 +87,7 @@ def simulate_to(
     at_rest: list[AtRest] = []
     begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
     with begun as instance:
-        notices = (*notices, *port_diagnostics(instance, model.facts, model.places))
+        notices = (*notices, *start_warnings(model, instance, capped))
         try:
             file = open_rows(target, model, method, len(times))
         except OSError as problem:

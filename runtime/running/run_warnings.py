@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from bgc.diagnostics.catalogue.accuracy import (
     limited_by_rounding,
     samples_over_budget,
     step_too_long,
 )
+from bgc.diagnostics.catalogue.closures import moved_positions
 from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.diagnostic import Diagnostic, Severity
 from bgc.language.solver import Solver
@@ -16,7 +19,9 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import balance_warnings, joules
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.port_bounds import port_diagnostics
 
+_MOVED = 1e-6  # m, rad: less is the rounding of mounts in seven digits
 _ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
 
 
@@ -27,6 +32,21 @@ def run_warnings(model: LoadedModel, instance: Instance, method: Solver) -> Iter
     """
     yield from turned_negative(model, instance)
     yield from step_warnings(model, instance.counts, method)
+
+
+def start_warnings(model: LoadedModel, instance: Instance, method: Solver) -> Iterator[Diagnostic]:
+    """Warn of sampled ports, and of given positions that close no chain, at the start of a run.
+
+    The codes are those of `port_diagnostics`, and BG551.
+    """
+    yield from port_diagnostics(instance, model.facts, model.places)
+    if instance.library.has_chains and model.facts.rest_for(method.start) is None:
+        moves = instance.closing_moves()
+        order = [k for k in np.argsort(-np.abs(moves), kind="stable") if abs(moves[k]) > _MOVED]
+        given = model.facts.resting.given
+        shown = [(given[k] or model.states[k].name, moves[k], model.states[k].unit) for k in order]
+        if shown:
+            yield moved_positions(shown)
 
 
 def turned_negative(model: LoadedModel, instance: Instance) -> Iterator[Diagnostic]:

@@ -27,11 +27,10 @@ from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import NOTHING, ParameterValue
-from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.recommendation import recommended_method
 from bgc.runtime.running.rows import RowTimes, fits, lazy_times, row_times
 from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
-from bgc.runtime.running.run_warnings import run_warnings
+from bgc.runtime.running.run_warnings import run_warnings, start_warnings
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.subtolerance import Undecided, subtolerance_states, undecided
 
@@ -73,7 +72,7 @@ def simulate(
         capped, bool(model.accounts), parameters, at_rest.append, devices, followed
     )
     with begun as instance:
-        notices = (*notices, *port_diagnostics(instance, model.facts, model.places))
+        notices = (*notices, *start_warnings(model, instance, capped))
         status, done, interrupted = run_watched(instance, times, rows, progress)
     rows, off = rows[:, : model.row_width], rows[:done, model.row_width :]
     result = named_result(model, times[:done], rows[:done], method, instance, notices)

@@ -22,10 +22,9 @@ from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, array_of, drives_of, literal, nested, pair_of
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.port_bounds import port_diagnostics
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.run import run_watched
-from bgc.runtime.running.run_warnings import run_warnings
+from bgc.runtime.running.run_warnings import run_warnings, start_warnings
 
 
 @public_class
@@ -58,7 +57,7 @@ class Stepping:
         self._instance: Instance | None = self._stack.enter_context(begun)
         self._time = self._instance.time
         self._method = method
-        checked = port_diagnostics(self._instance, model.facts, model.places)
+        checked = start_warnings(model, self._instance, method)
         self._warnings = self._notices = (*notices, *checked)
         self._row = self._read(self._instance, self._time)
 

@@ -393,3 +393,19 @@ def test_flows_that_close_a_projected_chain_are_kept(tmp_path: Path) -> None:
     path.write_text(text)
     start = bgc.compile(path).observe()
     assert list(start.values()) == pytest.approx([1, 0.75], rel=1e-12)
+
+
+def test_rounded_angles_that_closing_a_chain_moves_are_named(load) -> None:
+    """All four angles are given: in four digits they are moved and named, in fifteen kept."""
+    model = load("closed_chains", "four_bar")
+    begin = dict(zip((s.name for s in model.states), model.initial_state(), strict=True))
+    angles = {f"{name}.angle0": begin[f"{name}.angle"] for name in ("pin2", "pin3", "pin4")}
+    exact = model.simulate(1e-3, parameters=angles)
+    assert not exact.warnings
+    rounded = {name: round(angle, 4) for name, angle in angles.items()}
+    result = model.simulate(1e-3, parameters=rounded)
+    (warning,) = result.warnings
+    shown = "moves initial values that are given: `pin4.angle0` by -2.44e-05 rad, `pin1.angle0` by"
+    assert warning.code == "BG551" and shown in warning.message
+    with pytest.raises(bgc.BgError, match="BG736"):
+        model.simulate(1e-3, parameters=angles | {"pin2.angle0": angles["pin2.angle0"] + 0.1})

@@ -413,3 +413,22 @@ def test_a_wide_body_behind_a_matrix_of_a_momentum_starts_as_given(tmp_path: Pat
       a -> turn -> b; } scene s of M { observe mb.f; run 1 s; }"""
     found = list(start_of(tmp_path, text).values())
     assert found == pytest.approx([0.9, -0.7], rel=1e-12)
+
+
+def test_a_projection_that_moves_a_declared_start_is_refused(tmp_path: Path) -> None:
+    """A quaternion in four digits counts as rounded; another length does not."""
+    path = tmp_path / "turned.bg"
+    path.write_text("""
+model Turned {
+  param w = 0.7071;
+  state h[2] : 1 = [w, 0.7071];
+  der(h) = [-h[2]/(1 s), h[1]/(1 s)];
+  project h = h/norm(h);
+}
+scene turned of Turned { observe h; run 1 s; }
+""")
+    model = bgc.compile(path, preview=True)
+    result = model.simulate()
+    assert result["h[1]"][0] == pytest.approx(np.sqrt(0.5), rel=1e-12)
+    with pytest.raises(bgc.BgError, match=r"BG732: `h\[1\]` does not start at its initial value"):
+        model.simulate(parameters={"w": 0.71})

@@ -186,10 +186,7 @@ class _Model(ctypes.Structure):
         ("n_start", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in "start_guess start started".split()),
         ("n_given", ctypes.c_int),
-        *(
-            (name, ctypes.c_void_p)
-            for name in "given_name given_default given switch_state".split()
-        ),
+        *((name, ctypes.c_void_p) for name in "given_name given_kind given switch_state".split()),
         ("n_switch_state", ctypes.c_int),
         ("n_term", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in "ranges closure_info closures".split()),

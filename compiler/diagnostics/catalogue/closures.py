@@ -85,6 +85,17 @@ def input_moves_chain(names: Sequence[str]) -> None: ...
     "give all inertias of the chain values that keep it closed, or give this value",
 )
 def moved_start(span: Span, name: str, variable: str, value: float) -> None: ...
+@warning(
+    "BG551: the closed chain moves initial values that are given: {shown}{more}",
+    "give values with more digits, or leave as many ungiven as the chain has constraints",
+)
+def moved_positions(moves: Sequence[tuple[str, float, str]]) -> Values:
+    """Name what gives each state that moved, its move in SI units, and its unit."""
+    shown = [f"`{name}` by {move:.3g} {unit}" for name, move, unit in moves[:3]]
+    more = f" and {len(moves) - 3} more" if len(moves) > 3 else ""
+    return {"shown": ", ".join(shown), "more": more}
+
+
 @error(
     "BG735: at t = {time:.9g} s the closed chain{chain} is at a singular position",
     "make one of its joints compliant, or keep the motion away from this position",

@@ -23,6 +23,11 @@ def no_start(names: Sequence[str]) -> Values:
 )
 def missed_start(span: Span | None, variable: str, name: str) -> None: ...
 @error(
+    "BG732: `{name}` does not start at its initial value: `project {name}` moves it",
+    "give it an initial value that the projection keeps",
+)
+def projected_start(span: Span | None, name: str) -> None: ...
+@error(
     "BG717: the modes faster than {frequency:g} Hz do not come to rest near the initial state",
     "give a frequency between the slow and the fast modes: `bgc equations --linear` lists them",
 )

@@ -34,7 +34,7 @@ def require_given(program: Program, start: Point, *, rounded: bool) -> None:
     BgError
         BG546 for each value at which the program does not start.
     """
-    given = [g for g in program.given if g.variable in "pf" and not g.is_default]
+    given = [g for g in program.given if g.variable in ("p0", "f0") and not g.is_default]
     if not given:
         return
     point = closed_flows(program, start)
@@ -48,7 +48,7 @@ def require_given(program: Program, start: Point, *, rounded: bool) -> None:
         size = max(abs(actual), abs(wanted))
         if not math.isfinite(actual) or abs(actual - wanted) <= share * size + _ROUNDING_OF_ZERO:
             continue
-        found.append(catalogue.moved_start(one.span, one.name, f"{one.variable}0", actual))
+        found.append(catalogue.moved_start(one.span, one.name, one.variable, actual))
     if found:
         raise BgError(found)
 

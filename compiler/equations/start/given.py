@@ -17,7 +17,7 @@ from bgc.equations.storage.initial_values import GivenVariable, given_of_element
 from bgc.equations.storage.kinds import StorageElement, state_name
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import FlatGraph, Junction, Node, Storage
-from bgc.ir.program import GivenValue, ProgramState
+from bgc.ir.program import INITIAL_VALUE, GivenValue, ProgramState
 
 
 def given_of_junctions(variables: Variables, indices: Collection[int]) -> Iterator[GivenVariable]:
@@ -57,10 +57,33 @@ def resolve_given(
             node, value = resolver.resolve_all([one.node, initial.value])
             values.append(
                 GivenValue(
-                    node, value, initial.variable, one.name, initial.span, initial.is_default
+                    node,
+                    value,
+                    f"{initial.variable}0",
+                    one.name,
+                    initial.span,
+                    is_default=initial.is_default,
                 )
             )
     return values
+
+
+def given_of_states(graph: FlatGraph, states: Sequence[ProgramState]) -> list[GivenValue]:
+    """The initial values of declared states that are projected, in final nodes."""
+    numbers = {state.name: k for k, state in enumerate(states)}
+    symbols = ((s, graph.dag.symbol(Kind.STATE, numbers[s.name])) for s in graph.states)
+    return [
+        GivenValue(
+            symbol,
+            states[numbers[state.name]].initial,
+            INITIAL_VALUE,
+            state.name,
+            state.span,
+            is_rounded=True,
+        )
+        for state, symbol in symbols
+        if state.projection is not None
+    ]
 
 
 def values_to_check(

@@ -38,6 +38,13 @@ bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+void bgc_closing_moves(const bgc_model *m, bgc_data *d, double *move) {
+    (void)d;
+    for (int k = 0; k < m->n_state; k++) {
+        move[k] = 0.0;
+    }
+}
+
 bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const double *x) {
     (void)m, (void)d, (void)t, (void)x;
     return BGC_OK;
