@@ -92,6 +92,15 @@ static int is_first(int i) {
     return found;
 }
 
+/* The same at the first samples, or at the others. */
+static void evaluate_samples(bgc_batch *b, int first) {
+    for (int i = 0; i <= BGC_SAMPLES; i++) {
+        if (is_first(i) == first) {
+            evaluate_sample(b, i);
+        }
+    }
+}
+
 /* The lanes in which ranges cannot tell what the switches of time alone do in the last step. Adds
  * to `single` those in which one leaves its mode. */
 static unsigned look_at_timed(bgc_batch *b) {
@@ -112,82 +121,65 @@ static unsigned look_at_timed(bgc_batch *b) {
 
 /* The lanes in which a law may switch in the last step, by all samples or the first ones: an
  * argument has left its mode or has none, or it is nearer to the edge of its mode than `distance`
- * times its variation. Switches of time alone are judged in the lanes `timed`. */
-static unsigned find_near(const bgc_batch *b, unsigned timed, int all, double distance) {
+ * times its variation. Of all samples, *unresolved has those in which an argument near the edge of
+ * its mode varies too fast for them, as in bgc_is_unresolved. Switches of time alone are judged in
+ * the lanes `timed`. */
+static unsigned find_near(bgc_batch *b, unsigned timed, int all, double distance,
+                          unsigned *unresolved) {
     const bgc_model *m = b->m;
     unsigned found = 0;
 
+    *unresolved = 0;
     for (int k = timed != 0 ? 0 : m->n_timed; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
+        const unsigned judged = k < m->n_timed ? timed : ~0u;
         const lane mode = b->u[m->n_input + k];
-        lane low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
+        lane z[BGC_SAMPLES + 1], low = b->argument[k], high = low;
+        lane nearest = bgc_depth(operation, mode, low), largest = b->extent[k];
         lane_mask left = mode != mode;
-        for (int i = 1; i <= BGC_SAMPLES; i++) {
-            if (all || is_first(i)) {
-                const lane z = b->argument[i * m->n_switch + k];
-                low = lane_min(low, z);
-                high = lane_max(high, z);
-                nearest = lane_min(nearest, bgc_depth(operation, mode, z));
-                left |= (z != z) | (bgc_result(operation, z) != mode);
-            }
-        }
-        found |= bgc_lanes_where(b, left | (nearest < distance * (high - low))) &
-                 (k < m->n_timed ? timed : ~0u);
-    }
-    return found;
-}
-
-/* Whether in some lane an argument near the edge of its mode varies too fast for the samples of the
- * last step, as in bgc_is_unresolved. Switches of time alone are judged in the lanes `timed`. */
-static int is_any_unresolved(bgc_batch *b, unsigned timed) {
-    const bgc_model *m = b->m;
-    unsigned found = 0;
-
-    for (int k = timed != 0 ? 0 : m->n_timed; k < m->n_switch; k++) {
-        const int operation = m->switch_info[k].operation;
-        const lane mode = b->u[m->n_input + k];
-        lane z[BGC_SAMPLES + 1], low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
         for (int i = 0; i <= BGC_SAMPLES; i++) {
             z[i] = b->argument[i * m->n_switch + k];
-            low = lane_min(low, z[i]);
-            high = lane_max(high, z[i]);
-            nearest = lane_min(nearest, bgc_depth(operation, mode, z[i]));
-            b->extent[k] = lane_max(b->extent[k], lane_fabs(z[i]));
+            if (all || is_first(i)) {
+                low = lane_min(low, z[i]);
+                high = lane_max(high, z[i]);
+                nearest = lane_min(nearest, bgc_depth(operation, mode, z[i]));
+                largest = lane_max(largest, lane_fabs(z[i]));
+            }
+            if (i > 0 && (all || is_first(i))) {
+                left |= (z[i] != z[i]) | (bgc_result(operation, z[i]) != mode);
+            }
         }
-        found |= bgc_lanes_where(b, (bgc_excess_over_cubic(z) > lane_of(0.0)) & (nearest < high - low) &
-                                        (high - low > lane_of(b->core.rtol) * b->extent[k])) &
-                 (k < m->n_timed ? timed : ~0u);
+        found |= bgc_lanes_where(b, left | (nearest < distance * (high - low))) & judged;
+        if (all) {
+            b->extent[k] = largest;
+            *unresolved |= bgc_lanes_where(b, (bgc_excess_over_cubic(z) > lane_of(0.0)) &
+                                                  (nearest < high - low) &
+                                                  (high - low > lane_of(b->core.rtol) * largest)) &
+                           judged;
+        }
     }
-    return found != 0;
+    return found;
 }
 
 /* Adds to `single` the lanes in which a law may switch in the last step, and notes whether an
  * argument came near to its edge, and for how many steps in a row one has varied too fast. */
 void bgc_watch_switches(bgc_batch *b) {
     const unsigned timed = look_at_timed(b);
-    int unresolved;
+    const int before = b->core.unresolved;
+    unsigned unresolved;
 
     if (timed == 0 && b->m->n_timed == b->m->n_switch) {
         return;
     }
-    unresolved = b->core.unresolved;
     b->core.unresolved = b->core.near_edge = 0;
-    for (int i = 0; i <= BGC_SAMPLES; i++) {
-        if (is_first(i)) {
-            evaluate_sample(b, i);
-        }
-    }
-    if (find_near(b, timed, 0, bgc_far_from_edge) == 0) {
+    evaluate_samples(b, 1);
+    if (find_near(b, timed, 0, bgc_far_from_edge, &unresolved) == 0) {
         return;
     }
     b->core.near_edge = 1;
-    for (int i = 1; i < BGC_SAMPLES; i++) {
-        if (!is_first(i)) {
-            evaluate_sample(b, i);
-        }
-    }
-    b->single |= find_near(b, timed, 1, 1.0);
-    b->core.unresolved = is_any_unresolved(b, timed) ? unresolved + 1 : 0;
+    evaluate_samples(b, 0);
+    b->single |= find_near(b, timed, 1, 1.0, &unresolved);
+    b->core.unresolved = unresolved != 0 ? before + 1 : 0;
 }
 
 /* Adds to `single` the lanes in which a function of states may have a pulse that the last step
