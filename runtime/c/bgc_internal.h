@@ -46,6 +46,7 @@
 
 /* --- instance.c */
 bgc_status bgc_check_parameters(const bgc_model *m, bgc_data *d);
+void bgc_prepare_states(const bgc_model *m, bgc_data *d);
 
 /* --- layout.c */
 size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from);

@@ -84,16 +84,20 @@ static void complete_slopes(const bgc_model *m, bgc_ivp *d) {
     d->core.dense = BGC_DENSE_READY;
 }
 
+/* The part of the last step at time t inside it, with the coefficients of its dense output at hand. */
+static double part_at(const bgc_model *m, bgc_ivp *d, double t) {
+    if (d->core.dense == BGC_SLOPES_PENDING) {
+        complete_slopes(m, d);
+    }
+    return (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
+}
+
 /* The dense output alone at time t inside the last step. */
 static void evaluate_polynomial(const bgc_model *m, bgc_ivp *d, double t, number *x) {
     const size_t width = bgc_chunked(m->n_state);
     const number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
-    double s;
+    const double s = part_at(m, d, t);
 
-    if (d->core.dense == BGC_SLOPES_PENDING) {
-        complete_slopes(m, d);
-    }
-    s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
     for (size_t i = 0; i < width; i += BGC_CHUNK) {
         evaluate_cubics(s, d->y0 + i, d->y1 + i, k1 + i, k2 + i, k3 + i, x + i);
     }
@@ -132,12 +136,8 @@ void bgc_interpolate_some(const bgc_model *m, bgc_ivp *d, double t, int count, c
                           number *x) {
     const size_t width = bgc_chunked(m->n_state);
     const number *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
-    double s;
+    const double s = part_at(m, d, t);
 
-    if (d->core.dense == BGC_SLOPES_PENDING) {
-        complete_slopes(m, d);
-    }
-    s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
     for (int j = 0; j < count; j++) {
         const int i = state[j];
         x[i] = bgc_interpolated(s, d->y0[i], d->y1[i], k1[i], k2[i], k3[i]);

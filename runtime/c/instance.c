@@ -160,6 +160,18 @@ static void clear_run(bgc_core *core, double t) {
     core->supplied = core->dissipated = core->created = core->supplied_old = core->dissipated_old = 0.0;
 }
 
+/* The scales of the states, M, and its structure, by the present parameters. */
+void bgc_prepare_states(const bgc_model *m, bgc_data *d) {
+    m->scale(d->h, d->scale, d->work);
+    for (int i = 0; i < m->n_state; i++) {
+        d->scale[i] = d->scale[i] > 0.0 ? d->scale[i] : 1.0;
+    }
+    if (m->n_mass > 0) {
+        m->mass(d->h, d->mass, d->work);
+    }
+    bgc_classify_states(m, d);
+}
+
 /* Starts a run from the present state, made consistent. */
 static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
@@ -244,14 +256,7 @@ bgc_status bgc_reset_unchecked(const bgc_model *m, bgc_data *d, double t) {
     if (status != BGC_OK) {
         return status;
     }
-    m->scale(d->h, d->scale, d->work);
-    for (int i = 0; i < m->n_state; i++) {
-        d->scale[i] = d->scale[i] > 0.0 ? d->scale[i] : 1.0;
-    }
-    if (m->n_mass > 0) {
-        m->mass(d->h, d->mass, d->work);
-    }
-    bgc_classify_states(m, d);
+    bgc_prepare_states(m, d);
     return start_from_present(m, d);
 }
 

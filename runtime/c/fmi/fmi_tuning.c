@@ -25,14 +25,7 @@ static bgc_status apply_parameters(bgc_fmi *i) {
     if (status != BGC_OK) {
         return status;
     }
-    m->scale(d->h, d->scale, d->work);
-    for (int k = 0; k < m->n_state; k++) {
-        d->scale[k] = d->scale[k] > 0.0 ? d->scale[k] : 1.0;
-    }
-    if (m->n_mass > 0) {
-        m->mass(d->h, d->mass, d->work);
-    }
-    bgc_classify_states(m, d);
+    bgc_prepare_states(m, d);
     core->f_valid = core->jac_valid = core->held = 0;
     core->dense = BGC_NO_DENSE;
     core->energy_scale = -1.0;
