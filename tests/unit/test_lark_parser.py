@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import subprocess
 import sys
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import lark
 import pytest
+from model_files import model_text
 
-from bgc.diagnostics.source import Source
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import lark_parser, syntax
 from bgc.grammar.parse import parse, parse_with_tokens
 
@@ -158,57 +161,41 @@ def recovered(text: str) -> tuple[tuple[syntax.Declaration, ...], list[str]]:
     return file.declarations, [d.code for d in found]
 
 
-def names(items: Any) -> list[str]:
-    return [item.name for item in items]
+def without_places(node: Any) -> object:
+    """A syntax tree as lists, without its spans, and documentation before an error."""
+    if isinstance(node, Span):
+        return None
+    if is_dataclass(node):
+        values = (getattr(node, f.name) for f in fields(node) if f.name != "doc")
+        return [type(node), *map(without_places, values)]
+    return [*map(without_places, node)] if isinstance(node, tuple) else node
+
+
+def test_all_before_and_behind_an_error_is_kept_once() -> None:
+    """In every block of the language: models, branches, laws, domains, scenes, and between them."""
+    text = model_text("everything")
+    file, tokens, _ = parse_with_tokens(Source("test.bg", text))
+    whole = without_places(file.declarations)
+    ends = [token.end_pos for token in tokens if token == ";"]
+    parts = [text[i:k] for i, k in itertools.pairwise([0, *ends, len(text)])]
+    for place in range(1, len(parts)):
+        found, codes = recovered("".join(parts[:place]) + " x = ; " + "".join(parts[place:]))
+        assert without_places(found) == whole and len(codes) == 1
+    some = len(parts) // 2  # all at once are more errors than are read past
+    found, codes = recovered(" x = ; ".join(parts[:some]) + "".join(parts[some:]))
+    assert without_places(found) == whole and len(codes) == some - 1 > 30
+    starts = [declaration.span.start for declaration in file.declarations]
+    parts = [text[i:k] for i, k in itertools.pairwise([0, *starts[1:], len(text)])]
+    found, codes = recovered(" model { } ".join(parts))
+    assert without_places(found) == whole and len(codes) == len(parts) - 1
 
 
 @pytest.mark.parametrize("wrong", ["let = 1;", "let x 1;", "b : ;", "-> c;", "for i { d : R; }"])
 def test_each_item_before_and_behind_an_error_is_kept_once(wrong: str) -> None:
     (model,), codes = recovered(f"model M {{ let a = 1; let b = 2; {wrong} let c = 3; {wrong} }}")
     assert isinstance(model, syntax.Model)
-    assert names(model.items) == ["a", "b", "c"]
+    assert [item.name for item in model.items] == ["a", "b", "c"]  # type: ignore[union-attr]
     assert len(codes) == 2
-
-
-def test_each_declaration_is_kept_once() -> None:
-    found, codes = recovered("model A { } model { } model B { } model { let x = ; } model C { }")
-    assert names(found) == ["A", "B", "C"]
-    assert len(codes) == 2
-
-
-def test_each_statement_of_a_scene_is_kept_once() -> None:
-    (scene,), codes = recovered("scene s of M { observe a; run ; observe b; step ; observe c; }")
-    assert isinstance(scene, syntax.Scene)
-    assert [item.span.text for item in scene.items] == ["a", "b", "c"]
-    assert len(codes) == 2
-
-
-def test_each_variable_of_a_domain_is_kept_once() -> None:
-    (domain,), codes = recovered("domain D { effort a; flow ; effort b; }")
-    assert isinstance(domain, syntax.Domain)
-    assert (names(domain.variables), len(codes)) == (["a", "b"], 1)
-
-
-def test_each_equation_of_a_law_is_kept_once() -> None:
-    (model,), codes = recovered("model M { a : R { e1 = f1; e2 = ; e3 = f3; }; let b = 1; }")
-    assert isinstance(model, syntax.Model)
-    part, _ = model.items
-    assert isinstance(part, syntax.Part) and part.law is not None
-    assert [line.left.span.text for line in part.law] == ["e1", "e3"]
-    assert len(codes) == 1
-
-
-def test_each_branch_is_kept_once() -> None:
-    branches = "if a { let x = 1; } else if b { let y = 1; }"
-    (model,), codes = recovered(f"model M {{ {branches} else if c {{ let = 1; let z = 1; }} }}")
-    assert isinstance(model, syntax.Model)
-    (choice,) = model.items
-    found = []
-    while isinstance(choice, syntax.If):
-        found.append([choice.condition.span.text, *names(choice.yes)])
-        (choice,) = choice.no or (None,)
-    assert found == [["a", "x"], ["b", "y"], ["c", "z"]]
-    assert len(codes) == 1
 
 
 def test_blocks_open_at_the_end_are_closed() -> None:
