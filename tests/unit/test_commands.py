@@ -292,20 +292,6 @@ def test_several_transfer_functions_of_any_expressions(rc):
     assert "  capacitor.q  15 " in steady
 
 
-@pytest.mark.parametrize(
-    ("pair", "code"),
-    [
-        ("voltage", "BG098"),
-        ("voltage/", "BG098"),
-        ("voltage/suply.e", "BG080"),
-        ("nothing/supply.e", "BG211"),
-    ],
-)
-def test_transfer_functions_of_what_does_not_exist(rc, pair, code):
-    result = bgc("equations", rc, "--transfer", pair)
-    assert result.exit_code == 1 and f"error[{code}" in result.stderr
-
-
 def test_bode_writes_rows_and_a_plot(rc):
     names = ("--input", "supply.e", "--output", "voltage")
     result = bgc("bode", rc, *names, "--out", "-", "--plot", "b.svg", "--from", "0.01", "--to", "9")
@@ -379,10 +365,15 @@ def test_linear_commands_print_and_draw(rc):
         (["poles", "--output", "voltage", "--gain", "1e300", "--closed"], "BG798"),
         (["bode", "--output", "voltage", "--gain", "1e308"], "BG798"),
         (["locus", "--output", "voltage", "--gain", "1e-300"], "BG798"),
+        (["equations", "--transfer", "voltage"], "BG098"),
+        (["equations", "--transfer", "voltage/"], "BG098"),
+        (["equations", "--transfer", "voltage/suply.e"], "BG080"),
+        (["equations", "--transfer", "nothing/supply.e"], "BG211"),
     ],
 )
 def test_linear_commands_refuse(rc, arguments, code):
-    result = bgc(arguments[0], rc, "--input", "supply.e", *arguments[1:])
+    source = ("--input", "supply.e") if "--transfer" not in arguments else ()
+    result = bgc(arguments[0], rc, *source, *arguments[1:])
     assert result.exit_code == 1 and f"error[{code}]" in result.stderr
 
 
