@@ -5,10 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A correction relative to the range of a state. An oscillation at 0.9 radians a step reaches this;
- * steps that resolve their motion stay below 0.1, most of them far below. */
-static const double unresolved_part = 0.15;
-
 /* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and a NaN otherwise,
  * so that finite vectors take one pass without branches. */
 int bgc_first_bad(int n, const double *v) {
@@ -80,7 +76,8 @@ void bgc_report_correction(const bgc_model *m, bgc_data *d) {
     counts->largest_correction = 0.0;
     for (int i = 0; i < m->n_state; i++) {
         const double part = d->correction[i] / fmax(d->scale[i], d->range[i]);
-        if (d->algebraic[i] == 0.0 && part > fmax(unresolved_part, counts->largest_correction)) {
+        if (d->algebraic[i] == 0.0 &&
+            part > fmax(bgc_unresolved_part, counts->largest_correction)) {
             counts->largest_correction = part;
             counts->correction_time = d->corrected_at[i];
             counts->correction_state = i;

@@ -23,6 +23,7 @@ enum { MOST_TERMS = 4 }; /* stages of methods with fixed steps */
 typedef struct {
     const double *weight, *other; /* other: NULL, or the second ones */
     const number *stage[MOST_TERMS];
+    int short_sum; /* 1: the first two terms are all */
 } correction_terms;
 
 /* The terms: stages of a tableau, or one vector that the family fills. Those that are missing have
@@ -45,34 +46,53 @@ static void find_terms(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
         of->weight = tableau->e;
         of->other = method->family->jacobian ? NULL : tableau->embedded;
     }
+    of->short_sum = count <= 2;
     for (int j = 0; j < MOST_TERMS; j++) {
         of->stage[j] = j < count ? first + (size_t)j * length : first;
     }
 }
 
-/* The correction of a state with these stages; `v` is NULL without other weights. */
-static inline number correction_of(const double *w, const double *v, number u0, number u1,
-                                   number u2, number u3) {
-    const number one = number_fabs((w[0] * u0 + w[1] * u1) + (w[2] * u2 + w[3] * u3));
+/* A sum of terms, of the first two where `two` is set. */
+static inline number sum_of_terms(int two, const double *w, number u0, number u1, number u2,
+                                  number u3) {
+    const number sum = w[0] * u0 + w[1] * u1;
 
-    if (v == NULL) {
-        return one;
-    }
-    return number_larger(one, number_fabs((v[0] * u0 + v[1] * u1) + (v[2] * u2 + v[3] * u3)));
+    return two ? sum : sum + (w[2] * u2 + w[3] * u3);
+}
+
+/* The correction of a state with these stages; `v` is NULL without other weights. */
+static inline number correction_of(int two, const double *w, const double *v, number u0, number u1,
+                                   number u2, number u3) {
+    const number one = number_fabs(sum_of_terms(two, w, u0, u1, u2, u3));
+
+    return v == NULL ? one
+                     : number_larger(one, number_fabs(sum_of_terms(two, v, u0, u1, u2, u3)));
 }
 
 /* Raises the ranges of states, and `excess` by how much their corrections are above the largest so
- * far. Inlined, with `v` NULL in one place. */
-static inline void raise_ranges(const double *restrict w, const double *restrict v,
+ * far, and above what counts as resolved in the range of the state. Inlined, with constants `two`
+ * and `v == NULL`. */
+static inline void raise_ranges(int two, const double *restrict w, const double *restrict v,
                                 const number *restrict u0, const number *restrict u1,
                                 const number *restrict u2, const number *restrict u3,
                                 const number *restrict next, const number *restrict correction,
                                 number *restrict range, number *restrict excess) {
     for (int l = 0; l < BGC_CHUNK; l++) {
         const number now = number_fabs(next[l]), most = range[l];
-        const number above = correction_of(w, v, u0[l], u1[l], u2[l], u3[l]) - correction[l];
+        const number known = number_larger(correction[l], bgc_unresolved_part * most);
+        const number above = correction_of(two, w, v, u0[l], u1[l], u2[l], u3[l]) - known;
         range[l] = number_select(now > most, now, most);
         excess[l] += number_select(above > number_of(0.0), above, number_of(0.0));
+    }
+}
+
+static inline void raise_all(const bgc_model *m, bgc_ivp *d, int two, const double *w,
+                             const double *v, const number *const *u, number *excess) {
+    const size_t length = bgc_chunked(m->n_state);
+
+    for (size_t i = 0; i < length; i += BGC_CHUNK) {
+        raise_ranges(two, w, v, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
+                     d->correction + i, d->range + i, excess);
     }
 }
 
@@ -83,7 +103,7 @@ static inline void keep_largest(number_mask together, double t, const double *re
                                 const number *restrict u3, number *restrict at,
                                 number *restrict correction) {
     for (int l = 0; l < BGC_CHUNK; l++) {
-        const number size = correction_of(w, v, u0[l], u1[l], u2[l], u3[l]);
+        const number size = correction_of(0, w, v, u0[l], u1[l], u2[l], u3[l]);
         const number largest = correction[l], before = at[l];
         const number_mask larger = (size > largest) & together;
         at[l] = number_select(larger, number_of(t), before);
@@ -111,13 +131,14 @@ void bgc_record_correction(const bgc_model *m, bgc_ivp *d, const bgc_method *met
     for (int l = 0; l < BGC_CHUNK; l++) {
         excess[l] = number_of(0.0);
     }
-    for (size_t i = 0; i < length && of.other != NULL; i += BGC_CHUNK) {
-        raise_ranges(w, v, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
-                     d->correction + i, d->range + i, excess);
-    }
-    for (size_t i = 0; i < length && of.other == NULL; i += BGC_CHUNK) {
-        raise_ranges(w, NULL, u[0] + i, u[1] + i, u[2] + i, u[3] + i, d->next + i,
-                     d->correction + i, d->range + i, excess);
+    if (of.short_sum && of.other != NULL) {
+        raise_all(m, d, 1, w, v, u, excess);
+    } else if (of.short_sum) {
+        raise_all(m, d, 1, w, NULL, u, excess);
+    } else if (of.other != NULL) {
+        raise_all(m, d, 0, w, v, u, excess);
+    } else {
+        raise_all(m, d, 0, w, NULL, u, excess);
     }
     for (int l = 0; l < BGC_CHUNK; l++) {
         all += excess[l];

@@ -68,6 +68,16 @@ void bgc_combine(int n, int count, const double *weight, const number *vectors, 
             v[filled++] = vectors + (size_t)j * length;
         }
     }
+    if (BGC_CHUNK == 1) { /* in lanes: the sum of a state stays in a register */
+        for (size_t i = 0; i < length; i++) {
+            number sum = base != NULL ? base[i] : number_of(0.0);
+            for (int j = 0; j < filled; j++) {
+                sum += w[j] * v[j][i];
+            }
+            out[i] = sum;
+        }
+        return;
+    }
     if (base == NULL) {
         memset(zeros, 0, sizeof zeros);
         from = zeros;

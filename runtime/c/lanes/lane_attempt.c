@@ -61,7 +61,7 @@ double bgc_resolved_by_all(const bgc_batch *b, double h, unsigned *hidden) {
         if ((b->active >> l & 1u) != 0) {
             const double length = bgc_limit_for_time(b->m, b->instance[l], b->core.t, h);
             *hidden |= length < h ? 1u << l : 0u;
-            shortest = fmin(shortest, length);
+            shortest = length < shortest ? length : shortest;
         }
     }
     return shortest;
