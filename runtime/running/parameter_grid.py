@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range, too_many_instances, varied_twice
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import read_quantity
 
 DESIGNS = ("latin", "sobol", "saltelli")
@@ -25,7 +24,7 @@ _MOST_DIGITS = 18  # of a count that a message shows; Python refuses to read 4,3
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """A parameter from one SI value to another, both included, in `count` values.
+    """A parameter from one SI value to another, both included, in `count` values; 0 for ten.
 
     With `log`, equal steps are equal ratios.
     """
@@ -33,14 +32,13 @@ class Range:
     name: str
     low: float
     high: float
-    count: int = _DEFAULT_VALUES
+    count: int = 0
     log: bool = False
 
     def values(self) -> Array:
         """Equally spaced values."""
-        if self.log:
-            return np.geomspace(self.low, self.high, self.count)
-        return np.linspace(self.low, self.high, self.count)
+        spaced = np.geomspace if self.log else np.linspace
+        return spaced(self.low, self.high, self.count or _DEFAULT_VALUES)
 
     def at(self, u: Array) -> Array:
         """Values at numbers from 0 to 1."""
@@ -70,47 +68,38 @@ Axis: TypeAlias = Range | Listed
 """The values of one parameter."""
 
 
-def read_axis(text: str, parameters: Parameters) -> Axis:
-    """Read a range (`read_range`), or a list `name=1, 2, 5 kg`, also of one value.
+def read_axis(
+    text: str,
+    unit_of: Callable[[str], str],
+    refused: Callable[[str, str], Diagnostic] = bad_range,
+) -> Axis:
+    """Read a range `name=low..high unit:count log`, or a list `name=1, 2, 5 kg`, also of one value.
 
-    A unit behind the last value of a list is for all that have none.
+    The unit, the count and `log` are optional. A unit behind the last value is for all that have
+    none. `unit_of` gives the SI unit of a name, `refused` the error for another form and a reason.
 
-    Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
+    Raises BgError: `refused`, BG745 for too large a count, and the errors of a wrong name or unit.
     """
     name, equals, rest = (part.strip() for part in text.partition("="))
-    if not (name and equals and rest) or ":" in rest or ".." in rest:
-        return read_range(text, parameters)
-    parts = [part.strip() for part in rest.split(",")]
-    if not all(parts):
-        raise BgError([bad_range(text)])
-    _, _, unit = parts[-1].partition(" ")
-    texts = [part if " " in part else f"{part} {unit}".strip() for part in parts]
-    si = parameters[name].unit
-    return Listed(name, tuple(read_quantity(each, name, si) for each in texts))
-
-
-def read_range(text: str, parameters: Parameters) -> Range:
-    """Read `name=low..high unit:count log`; the unit, the count and `log` are optional.
-
-    A unit after `low` applies to `low` alone.
-
-    Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
-    """
-    name, equals, rest = (part.strip() for part in text.partition("="))
-    log = rest.endswith(" log")
-    span, colon, count = (part.strip() for part in rest.removesuffix(" log").partition(":"))
-    low, dots, high = (part.strip() for part in span.partition(".."))
+    is_range = ":" in rest or ".." in rest
+    log = is_range and rest.endswith(" log")
+    span, colon, count = (part.strip() for part in rest.removesuffix(" log" * log).partition(":"))
+    parts = [part.strip() for part in (span.split("..", 1) if is_range else span.split(","))]
     counted = not colon or (count.isdecimal() and count.strip("0") != "")
-    if not (name and equals and low and dots and high and counted):
-        raise BgError([bad_range(text)])
-    _, _, unit = high.partition(" ")
-    start = low if " " in low else f"{low} {unit}".strip()
-    first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
-    if log and not (first > 0 and last > 0):
-        raise BgError([bad_range(text, "a logarithmic range begins and ends above 0")])
-    if len(count) > _MOST_DIGITS or (colon and int(count) > _MOST_INSTANCES):
+    if not (name and equals and all(parts) and counted and len(parts) > is_range):
+        raise BgError([refused(text, "")])
+    _, _, unit = parts[-1].partition(" ")
+    texts = (part if " " in part else f"{part} {unit}".strip() for part in parts)
+    si = unit_of(name)
+    numbers = tuple(read_quantity(each, name, si) for each in texts)
+    if not is_range:
+        return Listed(name, numbers)
+    low, high = numbers
+    if log and not (low > 0 and high > 0):
+        raise BgError([refused(text, "a logarithmic range begins and ends above 0")])
+    if len(count) > _MOST_DIGITS or int(count or 0) > _MOST_INSTANCES:
         raise BgError([too_many_instances(int(count[:_MOST_DIGITS]), _MOST_INSTANCES)])
-    return Range(name, first, last, int(count) if colon else _DEFAULT_VALUES, log)
+    return Range(name, low, high, int(count or 0), log)
 
 
 def points(

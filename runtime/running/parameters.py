@@ -115,6 +115,10 @@ class Parameters(Mapping[str, Parameter]):
         note = f"{len(self.folded)} compiled in, see `folded`" if self.folded else ""
         return table_html(Table("parameters", ("name", "value", "default"), rows, note))
 
+    def unit_of(self, name: str) -> str:
+        """The SI unit of a parameter; BG060 for an unknown name."""
+        return self[name].unit
+
     def take(self, others: Parameters, *, but: Collection[str] = ()) -> None:
         """Set what is set in `others` and exists here; the names in `but` keep their values."""
         for name, value in others.given({}).items():
