@@ -28,9 +28,9 @@ def stress(
     scene: SceneOptions,
     *,
     drives: tuple[str, ...] = option(
-        'Parameter and its values: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, '
-        '1e-6", "*.lock.stiffness=.." for several at once. May be repeated; by default all are '
-        "driven.",
+        'Parameter and its values, as for sweep: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11 log", '
+        '"rtol=1e-3, 1e-6", "*.lock.stiffness=.." for several at once. May be repeated; by '
+        "default all are driven.",
         "--drive",
         metavar="NAME=LOW..HIGH",
     ),
