@@ -71,7 +71,7 @@ def test_every_page_of_the_repository_is_written(tmp_path):
     assert all((tmp_path / page.path).read_text("utf-8").startswith("#") for page in every)
     assert {page.path for page in every if len("\n".join(page.lines).split()) > 6000} == set()
     topics = (tmp_path / "topics.md").read_text("utf-8")
-    assert "\n## LQR, LQG, pole placement, optimal control" in topics
+    assert "\n## LQR, LQG, pole placement" in topics
     assert "[marine.response](library/marine/response.md)" in topics
     settings = configuration(parts)
     assert all(f'"{page.path}"' in settings for page in every)
