@@ -61,12 +61,16 @@ def measure(
     model: Model, parameters: dict[str, float], solver: str, settle: float | None = None
 ) -> Measured:
     """The shortest of three runs, or NaN where it fails."""
-    exact = model.simulate(solver="rodas5p", rtol=1e-11, parameters=parameters, settle=settle)
+    exact = model.simulate(
+        solver="rodas5p", rtol=1e-11, parameters=parameters, settle=settle, error=False
+    )
     try:
         runs = []
         while len(runs) < 3 and (not runs or runs[-1].counts["run_seconds"] < LONG):
             runs.append(
-                model.simulate(solver=solver, rtol=RTOL, parameters=parameters, settle=settle)
+                model.simulate(
+                    solver=solver, rtol=RTOL, parameters=parameters, settle=settle, error=False
+                )
             )
     except bgc.SimulationError:
         return Measured(float("nan"), 0, float("nan"))
@@ -157,7 +161,7 @@ def bars(models: dict[str, Model], folder: Path) -> tuple[Path, list[list[str]]]
         parameters = given(1e9, 1.0) if name != "rigid" else {}
         settle = None if name == "rigid" else SETTLE
         m = measure(model, parameters, "rodas5p", settle)
-        run = model.simulate(rtol=RTOL, parameters=parameters, settle=settle)
+        run = model.simulate(rtol=RTOL, parameters=parameters, settle=settle, error=False)
         costs.append(m.cost * 1e3)
         residual = float(np.abs(run["residual"]).max())
         table.append([name, f"{len(model.states)}", f"{m.cost * 1e3:.3g} ms/s", f"{m.steps:,}",

@@ -91,7 +91,7 @@ def judge(seed: int, number: int, folder: Path) -> list[Verdict]:
 def verdict(model: Model, name: str, value: float) -> tuple[str, str]:
     """The outcome of one run and what is said of it."""
     try:
-        result = model.simulate(DURATION, rtol=1e-6, parameters={name: value})
+        result = model.simulate(DURATION, rtol=1e-6, parameters={name: value}, error=False)
     except BgError as error:
         said = str(error)
         plain = name.removeprefix("part.").split("[")[0]

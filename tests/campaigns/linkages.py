@@ -56,7 +56,7 @@ def judge(seed: int, number: int, folder: Path) -> list[Verdict]:
     path = folder / "linkage.bg"
     path.write_text(linkage.source, "utf-8")
     try:
-        result = bgc.compile(path, scene="linkage", preview=True).simulate()
+        result = bgc.compile(path, scene="linkage", preview=True).simulate(error=False)
     except bgc.BgError as error:
         codes = tuple(diagnostic.code for diagnostic in error.diagnostics)
         kind = "singular" if codes == ("BG735",) else "unjust"

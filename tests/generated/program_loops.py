@@ -43,7 +43,7 @@ def loop_differences(program: Program, place: Path) -> list[str]:
     report = loop.run_here()
     ended = report.problem.code if report.problem is not None else ""
     try:
-        run = model.simulate(SAMPLES * PERIOD, devices={"hand": str(motion)})
+        run = model.simulate(SAMPLES * PERIOD, devices={"hand": str(motion)}, error=False)
     except bgc.BgError as err:
         code = err.diagnostics[0].code
         return [] if code == ended else [f"{ended or 'no end'} in the loop, {code} offline"]

@@ -43,7 +43,7 @@ def run_text(
     """Compile a program and run its scene; the model of the text before is kept."""
     try:
         model = _compiled(text, place / "program.bg", whole)
-        result = model.simulate(rtol=rtol, solver=solver, parameters=parameters)
+        result = model.simulate(rtol=rtol, solver=solver, parameters=parameters, error=False)
     except bgc.BgError as err:
         found = [END.search(d.message) for d in err.diagnostics]
         ends = [float(at[1]) for at in found if at is not None]
