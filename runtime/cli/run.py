@@ -11,6 +11,7 @@ from bgc.runtime.cli.options import (
     PICTURE,
     Devices,
     Errors,
+    Json,
     MethodOptions,
     Preview,
     SceneOptions,
@@ -26,7 +27,7 @@ from bgc.runtime.cli.printing import (
 )
 from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
-from bgc.runtime.results.summary import extremes, summarise
+from bgc.runtime.results.summary import as_json, extremes, requirements, summarise
 from bgc.runtime.running.row_stream import FILES, write_result
 
 _KEPT = 2_000_000  # samples of a run in step with the clock
@@ -52,11 +53,13 @@ def run(
     error: Errors,
     shapes: bool = option("Record the poses of all shapes in the .npz file."),
     realtime: bool = option("Run in step with the clock (see bgc haptic)."),
+    json: Json,
     quiet: bool = option("Print no summary and no progress bar.", "--quiet", "-q"),
 ) -> int:
     """Simulate a scene of FILE; write and draw what it observes.
 
-    If the run fails, or Ctrl-C or SIGTERM ends it, the rows so far are still written.
+    If the run fails, or Ctrl-C or SIGTERM ends it, the rows so far are still written. A requirement
+    of the scene that does not hold is a warning.
     """
     require(plot or not panels, "--panel needs --plot FILE")
     archive = out is not None and Path(out).suffix.lower() == ".npz"
@@ -65,6 +68,7 @@ def run(
     model = scene.model(quiet, strict=strict, whole=whole, preview=preview, shapes=shapes)
     target = sys.stdout if out == "-" else None if out is None else Path(out)
     require(not (error and realtime), "--realtime estimates no errors")
+    require(not (json and out == "-"), "--json and --out - both need standard output")
     chosen = {"devices": dict(devices), **method.arguments}
     if realtime:
         result, status = _in_real_time(model, quiet, **chosen)
@@ -84,10 +88,13 @@ def run(
     drawn = plot if status == 0 or len(result.time) > 1 else None
     if drawn is not None:
         result.plot(drawn, panels=panels or None)
-    if not quiet:
+    if json:
+        print_text(as_json(result))
+    elif not quiet:
         estimate = f"  +- {result.error_estimate}" if error else ""
-        texts = (summarise(result), estimate, extremes(result), _files(result, out, drawn))
-        print_text("\n".join(filter(None, texts)), err=out == "-")
+        texts = (summarise(result), estimate, extremes(result), requirements(result))
+        files = _files(result, out, drawn)
+        print_text("\n".join(filter(None, (*texts, files))), err=out == "-")
     return status
 
 

@@ -43,6 +43,14 @@ def judged(
     return kept, made
 
 
+def largest_between(errors: Array, between: int) -> Array:
+    """The largest errors, (n, columns), since the row before, where every so many is a row."""
+    if between == 1 or not len(errors):
+        return errors
+    starts = np.concatenate(([0], np.arange(1, len(errors), between)))
+    return np.maximum.reduceat(errors, starts)[: -(-len(errors) // between)]
+
+
 def unknown(columns: Mapping[str, Array]) -> dict[str, Array]:
     """NaN as the errors of columns, of which nothing is known."""
     return {name: np.full(len(column), np.nan) for name, column in columns.items()}

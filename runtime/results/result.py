@@ -21,6 +21,7 @@ from bgc.runtime.results.columns import RunColumns, dataset, optional_package
 from bgc.runtime.results.error_estimate import NOT_ASKED, unknown
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays
 from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
+from bgc.runtime.results.requirements import Requirement
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.row_files import CsvRows, RowArray, RowFile
 from bgc.values.shown_units import Shown
@@ -119,6 +120,8 @@ class Result(RunColumns, WrittenAsCsv):
     errors, error_estimate
         By how much the observed columns are off, where that was estimated, and in words how, or why
         not. `error` finds them by the names of columns and vectors.
+    requirements
+        What the scene requires, with the values of the run, their margins and whether they hold.
     warnings
         The notices, and warnings about the rows: a value that is not finite, energies that do
         not balance.
@@ -142,6 +145,7 @@ class Result(RunColumns, WrittenAsCsv):
     at_rest: AtRest | None = None
     errors: Mapping[str, Array] = field(default_factory=dict)
     error_estimate: str = NOT_ASKED
+    requirements: tuple[Requirement, ...] = ()
 
     @property
     def error(self) -> Result:
@@ -152,7 +156,8 @@ class Result(RunColumns, WrittenAsCsv):
         itself: `result.error.to_csv("errors.csv")`.
         """
         columns = {**unknown(self.columns), **self.errors}
-        return replace(self, columns=columns, errors={}, accounts={}, notices=(), shapes=())
+        bare: dict[str, Any] = {"errors": {}, "accounts": {}}
+        return replace(self, columns=columns, requirements=(), notices=(), shapes=(), **bare)
 
     @property
     def row_count(self) -> int:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import numpy as np
 
 from bgc.language.column_names import name_in_si
 from bgc.printing.text_tables import Table, table_text
 from bgc.runtime.results.error_estimate import largest_error, why_unknown
+from bgc.runtime.results.requirements import requirement_table
 from bgc.runtime.results.rest_report import described
 from bgc.runtime.results.result import Result
 
 _MOST_COLUMNS = 12
+_UNKNOWN = np.array([np.nan])
 
 
 def summarise(result: Result) -> str:
@@ -73,6 +78,60 @@ def extremes(result: Result) -> str:
         notes.append(f"+- {why}")
     heads = ("", "last", "least", "largest", *(("+-",) if result.errors else ()))
     return table_text(Table("", heads, tuple(rows), "\n".join(notes))).strip("\n")
+
+
+def requirements(result: Result) -> str:
+    """Make a table of what the scene requires; empty where it requires nothing."""
+    if not result.requirements:
+        return ""
+    return table_text(requirement_table(result.requirements)).strip("\n")
+
+
+def as_json(result: Result) -> str:
+    """Write the summary as JSON, in SI units or those of the columns; null for what is not known.
+
+    `error` is the largest estimated error of a column, or that of a required value.
+    """
+    value = {
+        "scene": result.scene,
+        "status": result.status,
+        "message": result.message,
+        "solver": result.solver,
+        "time": float(result.time[-1]) if len(result.time) else None,
+        "rows": result.row_count,
+        "counts": {name: _finite(count) for name, count in result.counts.items()},
+        "columns": {name: _as_json(result, name) for name in result.columns},
+        "error_estimate": result.error_estimate,
+        "requirements": [
+            {
+                "require": each.text,
+                "value": _finite(each.value),
+                "error": _finite(each.error),
+                "limit": each.limit,
+                "margin": _finite(each.margin),
+                "holds": each.holds,
+                "time": _finite(each.time),
+            }
+            for each in result.requirements
+        ],
+    }
+    return json.dumps(value, indent=2)
+
+
+def _as_json(result: Result, name: str) -> dict[str, Any]:
+    column, error = result.columns[name], result.errors.get(name, _UNKNOWN)
+    finite = column[np.isfinite(column)]
+    return {
+        "unit": result.units[name],
+        "last": _finite(column[-1]) if len(column) else None,
+        "least": float(finite.min()) if len(finite) else None,
+        "largest": float(finite.max()) if len(finite) else None,
+        "error": _finite(np.max(error)) if len(error) else None,
+    }
+
+
+def _finite(number: float) -> float | None:
+    return float(number) if np.isfinite(number) else None
 
 
 def _count(number: float, word: str) -> str:

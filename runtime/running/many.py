@@ -43,11 +43,11 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.model_loading import load_or_compile
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.partial_ensemble import find_unfinished
+from bgc.runtime.running.rows import with_instants
 from bgc.runtime.running.run import with_capped_step
 from bgc.runtime.running.run_warnings import negative_among
-from bgc.values.shown_units import Shown, shown_by
+from bgc.values.shown_units import shown_by
 
-_FEWEST_INSTANTS = 4_000  # of a run, at which extremes are looked for
 _FEWEST_INSTANCES = 4  # instances from which on compiling for batches pays
 
 
@@ -123,9 +123,7 @@ def plan_many(
     varied = [name for name in varied if name != RUN_NUMBER]
     between = 1
     if any(each.function in EXTREMES for each in observables):
-        between = -(-_FEWEST_INSTANTS // len(times))
-        places = np.arange(between * (len(times) - 1) + 1) / between
-        times = np.interp(places, np.arange(len(times)), times)
+        times, between = with_instants(times)
     return Plan(model, method, cases, times, alone, tuple(varied), observables, between)
 
 
@@ -192,11 +190,6 @@ def outcome(
     if work.stopping:
         raise found.interrupted(kept)
     return found
-
-
-def observed_columns(model: LoadedModel) -> dict[str, tuple[str, Shown]]:
-    """The observed columns with their units and the units in which they are shown."""
-    return {variable.name: (variable.unit, variable.shown) for variable in model.outputs}
 
 
 def why_alone(model: LoadedModel, method: Solver, count: int, vectorised: bool) -> str:

@@ -42,6 +42,7 @@ from bgc.runtime.running.simulate import (
     simulate,
     times_of,
     undecided_state,
+    with_requirements,
 )
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.subtolerance import undecided
@@ -111,6 +112,7 @@ def simulate_to(
         raise
     rounded = undecided(model, capped, instance, kept_times, rows, parameters)
     result = result if rounded is None else result.noted(undecided_state(rounded))
+    result = with_requirements(model, result, kept_times, rows, {})
     result = replace(result, error_estimate=TOO_MANY_ROWS) if errors else result
     try:
         file.end(result.about())

@@ -14,6 +14,7 @@ from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
 
 DEFAULT_ROWS = 1000
+_FEWEST_INSTANTS = 4_000  # of a run, at which extremes are looked for
 _LARGEST_DENOMINATOR = 10**6  # of an interval between rows
 
 
@@ -84,6 +85,16 @@ def lazy_times(
     if whole < 1 or abs(ratio - whole) > 1e-9 * ratio:
         whole = math.floor(ratio) + 1
     return RowTimes(duration, interval, whole + 1)
+
+
+def with_instants(times: Array) -> tuple[Array, int]:
+    """Divide the intervals between rows, s, so that extremes are found at 4,000 instants or more.
+
+    Every row is one of the times returned, and every so many of them is a row.
+    """
+    between = -(-_FEWEST_INSTANTS // len(times))
+    places = np.arange(between * (len(times) - 1) + 1) / between
+    return np.interp(places, np.arange(len(times)), times), between
 
 
 def fits(rows: int, columns: int) -> bool:

@@ -17,8 +17,9 @@ from bgc.language.scene_tables import AUTO
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, replace
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.error_estimate import NOT_ASKED, judged, unknown
+from bgc.runtime.results.error_estimate import NOT_ASKED, judged, largest_between, unknown
 from bgc.runtime.results.recorded_shapes import shapes_of
+from bgc.runtime.results.requirements import missed
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.advice import faster_method
@@ -28,7 +29,8 @@ from bgc.runtime.running.failures import RunInterrupted, SimulationError, explai
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameters import NOTHING, ParameterValue
 from bgc.runtime.running.recommendation import recommended_method
-from bgc.runtime.running.rows import RowTimes, fits, lazy_times, row_times
+from bgc.runtime.running.requirements import requirements_of
+from bgc.runtime.running.rows import RowTimes, fits, lazy_times, row_times, with_instants
 from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
 from bgc.runtime.running.run_warnings import run_warnings, start_warnings
 from bgc.runtime.running.structures import Status
@@ -65,7 +67,9 @@ def simulate(
     unserved = errors_not_estimated(model, method, len(times)) if errors else NOT_ASKED
     followed = not unserved
     columns = model.row_width + len(model.measured) * followed
-    rows = np.full((len(times), columns), np.nan)
+    # The rows are the same bits with other instants between them, at which limits are judged.
+    instants, between = with_instants(times) if model.facts.criteria else (times, 1)
+    found = np.full((len(instants), columns), np.nan)
     capped = with_capped_step(method, times, model.facts.timed)
     at_rest: list[AtRest] = []
     begun = model.started(
@@ -73,22 +77,22 @@ def simulate(
     )
     with begun as instance:
         notices = (*notices, *start_warnings(model, instance, capped))
-        status, done, interrupted = run_watched(instance, times, rows, progress)
-    rows, off = rows[:, : model.row_width], rows[:done, model.row_width :]
-    result = named_result(model, times[:done], rows[:done], method, instance, notices)
+        status, done, interrupted = run_watched(instance, instants, found, progress)
+    rows, reached = found[::between, : model.row_width], -(-done // between)
+    result = named_result(model, times[:reached], rows[:reached], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
+    off: dict[str, Array] = {}
     if followed:
-        result = with_errors(model, result, off)
-    else:
-        result = replace(result, error_estimate=unserved)
+        largest = largest_between(found[:done, model.row_width :], between)
+        off, unserved = estimated(model, rows[:reached], largest)
+    result = with_errors(result, off, unserved)
     raise_where_ended(model, instance, Status.INTERRUPTED if interrupted else status, result)
     rounded = undecided(model, capped, instance, times, rows, parameters)
-    if rounded is None:
-        return result
-    if followed:
-        reason = "unknown: rounding decides a state below its tolerance"
-        result = replace(result, errors=unknown(result.errors), error_estimate=reason)
-    return result.noted(undecided_state(rounded))
+    if rounded is not None:
+        off = unknown(off)
+        reason = "unknown: rounding decides a state below its tolerance" if off else unserved
+        result = with_errors(result, off, reason).noted(undecided_state(rounded))
+    return with_requirements(model, result, instants, found, off, between)
 
 
 def errors_not_estimated(model: LoadedModel, method: Solver, rows: int) -> str:
@@ -104,13 +108,39 @@ def errors_not_estimated(model: LoadedModel, method: Solver, rows: int) -> str:
     return ""
 
 
-def with_errors(model: LoadedModel, result: Result, off: Array) -> Result:
-    """Add the estimated errors of all outputs, (rows, outputs), to a result."""
-    of_columns = {
-        v.name: off[:, k] for k, v in enumerate(model.measured) if v.name in result.columns
-    }
-    errors, made = judged(result.columns, of_columns)
-    return replace(result, errors=errors, error_estimate=made)
+def estimated(model: LoadedModel, rows: Array, off: Array) -> tuple[dict[str, Array], str]:
+    """Judge the errors of outputs, (rows, outputs), that a scene observes or requires.
+
+    Returns them by name, and in words how they were made.
+    """
+    wanted = {*model.facts.columns, *dict(model.facts.requirements)}
+    places = {v.name: k for k, v in enumerate(model.measured) if v.name in wanted}
+    values = {name: rows[:, k] for name, k in places.items()}
+    return judged(values, {name: off[:, k] for name, k in places.items()})
+
+
+def with_errors(result: Result, errors: Mapping[str, Array], made: str) -> Result:
+    """Add the estimated errors of its columns to a result, and how they were made."""
+    own = {name: error for name, error in errors.items() if name in result.columns}
+    return replace(result, errors=own, error_estimate=made)
+
+
+def with_requirements(
+    model: LoadedModel,
+    result: Result,
+    instants: Array,
+    rows: Array,
+    errors: Mapping[str, Array],
+    between: int = 1,
+) -> Result:
+    """Add to a result how the requirements of its scene are met, with warnings where not.
+
+    The arguments are those of `requirements_of`.
+    """
+    if not (model.facts.criteria or model.facts.requirements):
+        return result
+    found = tuple(requirements_of(model, instants, rows, errors, between))
+    return replace(result, requirements=found, notices=(*result.notices, *missed(found)))
 
 
 def raise_where_ended(

@@ -20,8 +20,9 @@ from bgc.runtime.results.study import Study
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Axis, read_axis
 from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.running.requirements import criteria_of
 from bgc.runtime.studies.operability_result import Operability
-from bgc.runtime.studies.sweep import Design, criteria_of, sweep
+from bgc.runtime.studies.sweep import Design, sweep
 from bgc.values.shown_units import Shown
 
 JUDGES = ("gumbel", "worst")

@@ -19,7 +19,8 @@ from bgc.runtime.running.loaded_model import LoadedModel, Variable
 from bgc.runtime.running.parameter_grid import Listed, Range, points, sobol
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import Quantity, read_quantity
-from bgc.runtime.studies.sweep import Vary, criteria_of, observables_of, read_axes
+from bgc.runtime.running.requirements import criteria_of
+from bgc.runtime.studies.sweep import Vary, observables_of, read_axes
 
 
 def read_bounds(vary: Vary, parameters: Parameters) -> list[Range]:

@@ -16,9 +16,7 @@ from bgc.record_class import dataclass, field
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble
 from bgc.runtime.results.observables import (
-    Criterion,
     Observable,
-    read_criterion,
     read_observables,
 )
 from bgc.runtime.results.statistics import check_enough
@@ -31,7 +29,6 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.many import (
     Plan,
     lane_library,
-    observed_columns,
     outcome,
     plan_many,
     run_many,
@@ -40,6 +37,7 @@ from bgc.runtime.running.parameter_grid import Axis, Listed, points, read_axis
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.running.requirements import observed_columns
 from bgc.runtime.studies.chunks import Waiting, locally
 from bgc.runtime.studies.study_store import Store
 
@@ -116,13 +114,6 @@ def _number(value: ParameterValue, name: str, parameters: Parameters) -> float:
 def observables_of(model: LoadedModel, texts: Sequence[str]) -> tuple[Observable, ...]:
     """Read observables of the columns of a scene; see `read_observables`."""
     return read_observables(texts, observed_columns(model), read_quantity)
-
-
-def criteria_of(model: LoadedModel, texts: Sequence[str] | None) -> tuple[Criterion, ...]:
-    """Read criteria on the columns of a scene; None stands for its own limits."""
-    columns = observed_columns(model)
-    limits = model.facts.criteria if texts is None else texts
-    return tuple(each for text in limits for each in read_criterion(text, columns, read_quantity))
 
 
 def sweep(

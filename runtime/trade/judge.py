@@ -9,13 +9,13 @@ from bgc.language.column_names import name_in_si, vector_of
 from bgc.record_class import dataclass
 from bgc.runtime.measuring.agreement import AT_THE_REFERENCE
 from bgc.runtime.measuring.judging import Quantity, combined, worst_error
+from bgc.runtime.results.requirements import spelled_ratio
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, if a scene has no requirements
 _USELESS = 1e3  # times the limit: larger errors carry no information
-_MOST_MARGIN = 1000.0  # a larger one is not counted
 _BETTER = 0.95  # times an error: an error must be below it to count as smaller
 
 
@@ -165,12 +165,8 @@ def _of_best(row: Measurement, target: Target) -> str:
     if target.deadline is not None:
         details.append(f"worst {_worst(row, target)} of {spelled(target.deadline)}")
         details += _lateness(row, target.deadline, target)
-    margins = (f"{_times(value)} in {name}" for name, value in target.margins(row).items())
+    margins = (f"{spelled_ratio(value)} in {name}" for name, value in target.margins(row).items())
     return f"{text} with {', '.join(details)}. Margin: {', '.join(margins)}."
-
-
-def _times(value: float) -> str:
-    return f"{float(f'{value:.2g}'):g} x" if value < _MOST_MARGIN else f"over {_MOST_MARGIN:g} x"
 
 
 def _demands_on_time(target: Target) -> list[str]:

@@ -35,6 +35,16 @@ def samples_over_budget(
     samples: int, step: float, substeps: int, time: float, excess: float
 ) -> None: ...
 @warning(
+    "BG720: the scene requires `{text}`, which does not hold: it is {value} at t = {time:.6g} s",
+    "change the parameters or the limit; `bgc optimise` finds values that meet limits",
+)
+def limit_missed(text: str, value: str, time: float) -> None: ...
+@warning(
+    "BG721: the scene requires `{text}`, but the estimated error is {error}",
+    "use a smaller step or tolerance, or another method; `bgc trade` finds one",
+)
+def not_accurate(text: str, error: str) -> None: ...
+@warning(
     "BG726: rounding decides `{state}`: it was below its tolerance of {tolerance:.2g} at t = "
     "{fell:.6g} s, had grown again by t = {grown:.6g} s, and ends at {end:.4g}; a change "
     "of the size of that tolerance leads elsewhere"
