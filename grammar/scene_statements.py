@@ -166,11 +166,11 @@ _ROWS = (
     ),
     SceneStatement(
         "require",
-        "The accuracy wanted of a value, for `bgc trade` and `solver auto`; or a limit of one.",
+        "The accuracy wanted of a value, or a limit of one.",
         form="a requirement is `require value within tolerance;` or `require column < limit;`",
         doc=(
             "The tolerance is absolute, in the unit of the value.",
-            "A limit is a criterion of `bgc operability`.",
+            "A limit is a criterion of `bgc operability`. `bgc run` judges both.",
         ),
         example="require tip_height within 1 mm;\nrequire abs(roll) < 3 deg;",
         related=("deadline", "within"),
