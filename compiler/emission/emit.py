@@ -30,13 +30,11 @@ from bgc.record_class import dataclass, replace
 MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 # Units with other flags, and what these save of their compile time.
 _FLAGS = {
-    "model_prepare": ("-O0", *COMMON_FLAGS),  # runs once: a sixth
     "model_matrix": (*MODEL_FLAGS, *GCC_ALIASES),  # one array is read and written: a fourteenth
     "model_ranges": (*MODEL_FLAGS, "-fno-inline"),  # many small functions: nearly half
 }
 
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
-_PREPARED = 2_000  # nodes of parameters alone above which a split model has a unit for them
 _LISTED = 200  # most names in each list of the comment at the top of the file
 
 _HOW_TO_USE = """\
@@ -86,9 +84,6 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     program = lowered.program
     separate = split and is_large(program)
     shared = {"jacobian", "factor", "solve"} if separate else set[str]()
-    prepare = lowered.kernels[0]
-    if separate and len(program.dag.reachable(s.node for s in prepare.stores)) > _PREPARED:
-        shared.add(prepare.name)
     texts = _print_kernels(lowered, shared)
     matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
@@ -236,7 +231,7 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     program = lowered.program
     hoisted = _hoisted(lowered)
     prepare, *running = lowered.kernels
-    texts = {prepare.name: print_prepare(program.dag, prepare, hoisted, prepare.name in shared)}
+    texts = {prepare.name: print_prepare(program.dag, prepare, hoisted)}
     for kernel in running:
         texts[kernel.name] = print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
     texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))

@@ -12,8 +12,11 @@ from math import isqrt
 
 from bgc.algebra.dag import Dag, Op
 from bgc.emission.kernels import KernelText, print_kernel
+from bgc.emission.print_steps import print_steps
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Store
+
+_LONG = 1_000  # nodes of parameters alone from which they are computed by a table of operations
 
 
 def with_inverses(dag: Dag, hoisted: Sequence[Node]) -> tuple[Node, ...]:
@@ -29,13 +32,11 @@ def _entries_of(dag: Dag, listed: Node) -> list[Node]:
     return [dag.call(Op.INVERTED, listed, dag.const(place)) for place in places]
 
 
-def print_prepare(
-    dag: Dag, kernel: Kernel, hoisted: dict[Node, int], shared: bool = False
-) -> KernelText:
-    """Print the kernel `prepare`, whose stores of inverses become calls; `shared` between units."""
-    inverses = {node: f"h[{k}]" for node, k in hoisted.items() if dag.op[node] == Op.INVERTED}
+def print_prepare(dag: Dag, kernel: Kernel, hoisted: dict[Node, int]) -> KernelText:
+    """Print the kernel `prepare`, whose stores of inverses become calls."""
+    inverses = {node: k for node, k in hoisted.items() if dag.op[node] == Op.INVERTED}
     if not inverses:
-        return print_kernel(dag, kernel, {}, shared)
+        return _printed(dag, kernel, {})
     parts, calls, work = list[KernelText](), list[str](), 0
     products = 0
     for listed in dict.fromkeys(dag.a[node] for node in inverses):
@@ -47,7 +48,7 @@ def print_prepare(
             purpose=f"Matrix {number} of parameters, which is inverted in its place.",
             stores=tuple(Store("h", first + k, node) for k, node in enumerate(entries)),
         )
-        parts.append(print_kernel(dag, matrix, {}, known=inverses))
+        parts.append(_printed(dag, matrix, inverses))
         calls += [f"model_{matrix.name}(p, h, w);", f"bgc_invert(h + {first}, {size}, w);"]
         work = max(work, size * (size + 2))
         products += size**3
@@ -55,15 +56,24 @@ def print_prepare(
     if stores:
         rest = replace(kernel, name="prepared", stores=stores,
                        purpose="What depends on parameters and on inverses.")  # fmt: skip
-        parts.append(print_kernel(dag, rest, {}, known=inverses))
+        parts.append(_printed(dag, rest, inverses))
         calls.append("model_prepared(p, h, w);")
     body = "".join(f"    {call}\n" for call in calls)
-    name = f"void bgc_model_{kernel.name}" if shared else f"static void model_{kernel.name}"
-    head = f"{name}(const double *p, double *h, double *w)"
-    whole = f"/* {kernel.purpose} */\n{head}\n{{\n{body}}}\n"
+    whole = f"/* {kernel.purpose} */\n{_head(kernel)}\n{{\n{body}}}\n"
     return KernelText(
         text="\n".join([*(part.text for part in parts), whole]),
         work=max(work, *(part.work for part in parts)),
         operations=sum(part.operations for part in parts) + products,
         helpers=frozenset({"bgc_invert"}).union(*(part.helpers for part in parts)),
     )
+
+
+def _printed(dag: Dag, kernel: Kernel, inverses: dict[Node, int]) -> KernelText:
+    """Print a kernel of parameters, a long one as a table; inverses are elements of h."""
+    if len(dag.reachable(store.node for store in kernel.stores)) > _LONG:
+        return print_steps(dag, kernel, _head(kernel), inverses)
+    return print_kernel(dag, kernel, {}, known={n: f"h[{k}]" for n, k in inverses.items()})
+
+
+def _head(kernel: Kernel) -> str:
+    return f"static void model_{kernel.name}(const double *p, double *h, double *w)"

@@ -41,7 +41,7 @@ class KernelText:
 
 
 @dataclass(frozen=True, slots=True)
-class _Schedule:
+class Schedule:
     """Nodes to compute, operands first; `uses` counts the references to each node."""
 
     order: list[Node]
@@ -144,7 +144,8 @@ def _by_dependence(dag: Dag, values: Sequence[tuple[int, Node]]) -> list[tuple[i
     return list(ordered.items())
 
 
-def _schedule(dag: Dag, roots: Sequence[Node], floor: int, leaves: Set[Node]) -> _Schedule:
+def schedule(dag: Dag, roots: Sequence[Node], floor: int, leaves: Set[Node]) -> Schedule:
+    """Order what the roots need above the level `floor`, in depth-first post-order."""
     op, level = dag.op, dag.level
     a, b, c = dag.a, dag.b, dag.c
     uses: dict[Node, int] = {}
@@ -167,7 +168,7 @@ def _schedule(dag: Dag, roots: Sequence[Node], floor: int, leaves: Set[Node]) ->
                 if b[node] >= 0:
                     stack.append(b[node])
                 stack.append(a[node])
-    return _Schedule(order, uses)
+    return Schedule(order, uses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,8 +201,8 @@ class _Body:
         self._targets: dict[Node, list[str]] = {}
         for store in stores:
             self._targets.setdefault(store.node, []).append(f"{store.array}[{store.index}]")
-        schedule = _schedule(dag, [s.node for s in stores], floor, leaves.keys())
-        self._order, self._uses = schedule.order, schedule.uses
+        planned = schedule(dag, [s.node for s in stores], floor, leaves.keys())
+        self._order, self._uses = planned.order, planned.uses
         self.operations = len(self._order)
         self._statement: dict[Node, int] = {}  # node -> chunk of the statement that computes it
         self._limit = len(self._order) + len(stores) + 1 if whole else numbers.part

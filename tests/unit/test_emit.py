@@ -59,6 +59,28 @@ def test_parameters_are_prepared_checked_and_defaulted(random_model) -> None:
     np.testing.assert_array_equal(model.defaults(p, [1, 1, 1]), p)
 
 
+def test_long_code_of_parameters_is_a_table_of_operations(tmp_path: Path) -> None:
+    """Outputs of parameters alone: choices, comparisons, constants, bare and equal parameters."""
+    program = random_program(seed=3, size=12, operations=4_000)
+    dag = program.dag
+    p = np.random.default_rng(5).uniform(0.5, 1.5, 16)
+    symbols = [dag.symbol(Kind.PARAM, k) for k in range(16)]
+    fixed = {**dict(zip(states(dag, 12), symbols[4:], strict=True))}
+    fixed |= {dag.symbol(Kind.TIME): symbols[3], dag.symbol(Kind.INPUT, 0): symbols[0]}
+    nodes = [n for n in dag.reachable([o.node for o in program.observations]) if dag.op[n] > 1]
+    outputs = [*dag.substitute(nodes[::40], fixed), symbols[1], symbols[1]]
+    given = [(f"p{k}", dag.const(1)) for k in range(16)]
+    (x,) = states(dag, 1)
+    emitted = emit_model(make_program(dag, [x], parameters=given, outputs=outputs), "0")
+    assert any("const int steps[]" in unit.text for unit in emitted.units)
+    model = CompiledModel(emitted, tmp_path, p)
+    for scale in (1.0, -0.3):
+        model.set_parameters(scale * p)
+        expected = evaluate_nodes(dag, outputs, at([1.0], p=scale * p))
+        computed = model.outputs(0.0, np.ones(1), np.zeros(1))
+        np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=1e-12)
+
+
 def test_projection_reads_all_states_before_it_writes_one(random_model) -> None:
     _, model = random_model
     x = np.arange(2.0, 14.0)

@@ -19,6 +19,7 @@ from bgc.algebra.infix import infix_lines
 from bgc.algebra.linalg import SingularMatrixError, inverse, multiply, spelled_out
 from bgc.algebra.nodes import Matrix
 from bgc.algebra.rounding import RoundedEvaluator
+from bgc.emission import inverses
 from bgc.emission.emit import emit_model
 from bgc.emission.simplification import optimise
 
@@ -123,8 +124,13 @@ def test_derivatives_by_parameters(name: str) -> None:
         assert found == [pytest.approx((high - low) / (2 * step), rel=1e-6, abs=1e-8)] * 2
 
 
-def test_c_computes_inverses_and_inverses_of_inverses(tmp_path: Path) -> None:
+@pytest.mark.parametrize("as_table", [False, True])
+def test_c_computes_inverses_and_inverses_of_inverses(
+    as_table: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Rates Y x of Y = (X + 1)^-1 with X = A^-1, for parameters that are set twice."""
+    if as_table:
+        monkeypatch.setattr(inverses, "_LONG", 0)
     dag = Dag()
     array = matrices()["full"]
     matrix, values = parameters(dag, array)
