@@ -238,5 +238,5 @@ class Numbers:
         return f"{self.type}_of({text})" if self.function else text
 
 
-DOUBLES = Numbers("double", "model", "bgc_model", "", 100, 16, Printer)
+DOUBLES = Numbers("double", "model", "bgc_model", "", 200, 16, Printer)
 LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", 250, 128, LanePrinter)
