@@ -7,8 +7,8 @@
 The points are in `curves.csv`: measuring everything begins a new file, whose points are of one
 machine and one run, and measuring a part replaces its points. The page, `benchmarks.md` with its
 plots, goes to the folder `--out`. Everything takes a quarter of an hour on one processor. The
-rules of each comparison stand at the top of `growth.py`, `arm_peers.py` and of the functions
-below. Peers that are missing have no points; `run.py` says how to install them.
+rules of each comparison stand at the top of `growth.py`, `drake_peers.py`, `arm_peers.py` and of
+the functions below. Peers that are missing have no points; `run.py` says how to install them.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from functools import cache
 from pathlib import Path
 
 import arm_peers
+import drake_peers
 import growth
 from compile_growth import ALONE
 from curves_page import Point, page, read_points
@@ -92,7 +93,7 @@ def store(point: Point) -> None:
 
 
 def _points(figure: str, family: str, size: int, values: dict[str, float]) -> Iterator[Point]:
-    where = machine("mujoco", "pin", "scipy", "casadi")
+    where = machine("mujoco", "pin", "scipy", "casadi", "drake")
     for tool, value in values.items():
         yield Point(figure, family, tool, size, value, where)
 
@@ -100,6 +101,9 @@ def _points(figure: str, family: str, size: int, values: dict[str, float]) -> It
 def to_error(family: str, size: int) -> Iterator[Point]:
     """Processor time of a run whose largest error is 1e-4: ms of the run, and us of its steps."""
     _, found = growth.measure(f"{family}:{size}", _ENDS.get(family, 10.0), with_scipy=True)
+    if family in ("arm", "tree"):
+        peer = drake_peers.measure(f"{family}:{size}", _ERROR)
+        found |= {} if isinstance(peer, str) else {"Drake": peer.any_of_drake}
     runs = {way: growth.cheapest(_ERROR, timed) for way, timed in found.items()}
     reached = {way: run for way, run in runs.items() if run.error <= _ERROR}
     values = {way: 1e3 * run.seconds for way, run in reached.items()}

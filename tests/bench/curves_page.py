@@ -27,7 +27,8 @@ _FIGURES = {
     "error": ("Time to an error of 1e-4", "processor time of a run, ms",
               "A run of 1 s (cranes, beams, arms, trees) or 10 s, against CVODE with KLU on the "
               "same compiled f and J, and SciPy's LSODA on the same f with dense differences (to "
-              "400 states, without events). Each tool has the tolerance that is cheapest for it."),
+              "400 states, without events); of arms and trees also against Drake by its quickest "
+              "integrator. Each tool has the tolerance that is cheapest for it."),
     "controlled": ("Steps under error control", "processor time of a step, us",
                    "The same runs, over their accepted steps."),
     "rates": ("Accelerations", "processor time of a call, us",
@@ -52,7 +53,7 @@ Times are processor time, the least or the median of several measurements; the t
 one process, on a shared machine: ratios hold, absolute times vary with its load. A straight line
 is a power of the size, and its exponent stands in the last column. `python tests/bench/curves.py`
 measures everything again. The rules of each comparison stand at the top of `growth.py`,
-`arm_peers.py` and `curves.py` in `tests/bench`.
+`drake_peers.py`, `arm_peers.py` and `curves.py` in `tests/bench`.
 """
 _OURS = ("ours", "ours, 1 ms", "our f", "our J", "ros34prw, 1 ms", "bgc", "C")
 _COLOURS = ("#c2410c", "#1d4ed8", "#15803d", "#7e22ce")

@@ -3,7 +3,7 @@
 Each prints ratios beside what they have to reach; the rules of a comparison stand at the top of its
 module. Peers that are missing on the machine are rows that say so; all are there after
 
-    pip install mujoco pin casadi
+    pip install mujoco pin casadi drake
     apt-get install libsundials-dev libsuitesparse-dev libeigen3-dev libboost-dev
 
 All take ten minutes of one processor. Nothing of this is a test. `curves.py` measures over sizes.
@@ -20,8 +20,8 @@ from pathlib import Path
 from table import machine, pin, show
 
 _NAMES = ("kernels", "arms", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
-          "arm_peers", "ensembles", "long_runs", "compile_growth")  # fmt: skip
-_PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
+          "arm_peers", "drake_peers", "ensembles", "long_runs", "compile_growth")  # fmt: skip
+_PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi", "drake")
 
 
 def main() -> None:
