@@ -82,7 +82,11 @@ ARRAY(double, off_before, n) /* and the ends of the last step, before a jump */
 ARRAY(double, off_at_end, n)
 /* The same of the dense output at two points, beside that of the ends. */
 ARRAY(double, off_inside, 2 * bgc_padded(m->n_state))
+/* The local error of the last measured step, before and after a solution: local_error.c. */
+ARRAY(double, off_local, n)
+ARRAY(double, off_solved, n)
 ARRAY(double, largest_off, (size_t)m->n_output) /* the largest errors since the last row, */
+ARRAY(double, last_off, (size_t)m->n_output)    /* the last ones, */
 ARRAY(double, lowest, (size_t)m->n_output)      /* and the ends of the ranges of the outputs so far */
 ARRAY(double, highest, (size_t)m->n_output)
 SCRATCH

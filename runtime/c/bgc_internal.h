@@ -180,8 +180,8 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d);
 void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
 void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method);
 void bgc_note_errors(const bgc_model *m, bgc_data *d, double t, const double *x, const double *u,
-                     const double *e);
-void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, double *errors);
+                     const double *e, const double *y);
+void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, const double *y, double *errors);
 
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);

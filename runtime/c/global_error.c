@@ -1,38 +1,39 @@
 /* global_error.c: how far the states of a run are off, followed step by step.
  *
- * The error e, true minus computed, obeys M e' = J e between steps, and each step adds its local error:
+ * The error e, true minus computed, obeys M e' = J e between steps, and each step adds its local error l, of
+ * local_error.c:
  *
  *   e_new = R(h J) e + l.
  *
- * l is what is missing in M (y_new - y) = integral of f, by Lobatto's quadrature of order 6 with f at two points
- * inside the step. The dense output there is corrected by one sweep of the collocation equations first, since
- * its error would count: K. Dutt, L. Greengard, V. Rokhlin, BIT 40 (2000) 241. R is a sum of powers of
- * S = (M - J/c)^-1 M with the factors of W = c M - J that the step has used, of order 3 but for a part of order 2
- * that makes it stable on the imaginary axis; the change of J over the step is added to it. Explicit steps use
- * differences of f in a method of order 3.
+ * R is a sum of powers of S = (M - J/c)^-1 M with the factors of W = c M - J that the step has used: of four, to order
+ * 3 and L-stable for gamma = 1/(c h) from 0.2236 to 0.5728, or of three, to order 2: E. Hairer, G. Wanner, Solving
+ * Ordinary Differential Equations II, IV.6. The change of J over the step is added to it, by a difference of f at the
+ * step's end; where it changes e by little it is left out until the next measurement of l.
+ * Explicit steps use three differences of f in a method of order 2 that keeps the amplitude of oscillations.
  * Where e points along the motion, the solution is late or early: that delay stays as it is in a model whose
  * f does not depend on time, however steep the motion becomes.
  *
  * At an event e jumps by the saltation matrix: S. Galan, W. Feehery, P. Barton, Applied Numerical Mathematics
  * 31 (1999) 17. Global errors: J. Lang, J. Verwer, SIAM J. Sci. Comput. 29 (2007) 1460.
  */
-#include "bgc_internal.h"
+#include "global_error.h"
 #include "integrator.h"
 #include "interpolation.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { ERROR_POWERS = 4 };                       /* of S */
-static const double low_order_part = 0.25;     /* of order 2 in R: |R(i y)| <= 1 from gamma = 0.21 on */
-static const double beside_delay = 1e-2;   /* part of |e|^2 that may be left beside a delay */
+enum { MOST_POWERS = 4, LEAST_POWERS = 3 };    /* of S, */
+static const double three_suffice = 0.4;       /* gamma from which on: at 0.4359 they have order 3 */
+static const double stable_gamma = 0.2236;     /* below which four have this part of three in them, so that */
+static const double low_order_part = 0.25;     /* |R(i y)| <= 1 from 0.21 on */
+static const double same_gamma = 1e-9;         /* relative difference of gamma, from rounding */
+static const double beside_delay = 1e-2;       /* part of |e|^2 that may be left beside a delay */
 static const double bent_chord = 0.3;          /* deviation of a chord from the slopes at its ends, relative */
-static const double timed_slope = 1e-2;    /* part of the slope that may depend on time, squared */
-static const double error_node[2] = {0.27639320225002103, 0.72360679774997897}; /* Lobatto's, inside */
-static const double node_weight[2][4] = {        /* integrals from the start to the nodes */
-    {0.11030056647916491, 0.18969943352083510, -0.033907364229143883, 0.010300566479164914},
-    {0.073032766854168419, 0.45057403089581055, 0.22696723314583160, -0.026967233145831604}};
-static const double end_weight[4] = {1.0 / 12, 5.0 / 12, 5.0 / 12, 1.0 / 12};
+static const double timed_slope = 1e-2;        /* part of the slope that may depend on time, squared */
+static const double short_delay = 1e-2;        /* of a step: by so much a difference may leave its time */
+static const double largest_turn = 1.7;       /* |h J| along e for the first of the two explicit formulas */
+static const double slight_change = 1e-3;      /* of J e: it is left out */
 
 /* At the start of a run. */
 void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
@@ -41,54 +42,39 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
     memset(d->off, 0, size);
     memset(d->off_before, 0, size);
     memset(d->off_at_end, 0, size);
+    memset(d->off_local, 0, size);
+    memset(d->off_solved, 0, size);
     memset(d->off_inside, 0, 2 * bgc_padded(m->n_state) * sizeof(double));
     memset(d->largest_off, 0, (size_t)m->n_output * sizeof(double));
+    memset(d->last_off, 0, (size_t)m->n_output * sizeof(double));
     for (int k = 0; k < m->n_output; k++) {
         d->lowest[k] = HUGE_VAL;
         d->highest[k] = -HUGE_VAL;
     }
     d->core.off_noted = d->core.t;
+    d->core.off_delayed = d->core.off_bends = 0;
+    d->core.off_gamma = 0.0;
+    d->core.off_method = -1;
+    bgc_forget_local_error(&d->core);
 }
 
-/* --- products and solutions -------------------------------------------------------------------- */
-
-static double *error_vector(const bgc_model *m, const bgc_data *d, int k) {
-    return d->off_work + (size_t)k * bgc_padded(m->n_state);
-}
-
-/* v := M v. */
-static void apply_mass_to_error(const bgc_model *m, bgc_data *d, double *v) {
-    if (m->n_mass > 0) {
-        bgc_multiply_mass(m, d, v, d->magnitude);
-        memcpy(v, d->magnitude, (size_t)m->n_state * sizeof *v);
-    }
-}
-
-/* v := W^-1 c v. A vector that cannot be solved for becomes NaN, and so do the errors. */
-static void solve_for_error(const bgc_model *m, bgc_data *d, double *v) {
-    for (int i = 0; i < m->n_state; i++) {
-        v[i] *= d->core.c;
-    }
-    if (bgc_solve(m, d, v) != BGC_OK) {
-        v[0] = (double)NAN;
-    }
-}
+/* --- slopes along e, and powers of S ------------------------------------------------------------ */
 
 /* A factor by which a difference along v from y is neither lost in rounding nor nonlinear. */
 static double difference_shift(const bgc_model *m, const bgc_data *d, const double *y, const double *v) {
     double part = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double size = fabs(y[i]) + d->scale[i] * d->core.counts.scale_reached;
-        part = fmax(part, fabs(v[i]) / size);
+        part = fmax(part, d->core.rtol * fabs(v[i]) / bgc_tolerance(d, i, fabs(y[i])));
     }
     return part > 1e-4 ? 1e-4 / part : part > 0.0 && part < 1e-8 ? 1e-8 / part : 1.0;
 }
 
-/* out = J v - delay df/dt at (t, y), where f is `f`, as a difference. */
-static void differentiate_along_error(const bgc_model *m, bgc_data *d, double t, const double *y,
-                                const double *f, const double *v, double delay, double *out) {
-    const double shift = difference_shift(m, d, y, v);
+/* out = J v - delay df/dt at (t, y), where f is `f`, as a difference that leaves t by at most `most`. */
+static void differentiate_along_error(const bgc_model *m, bgc_data *d, double t, const double *y, const double *f,
+                                      const double *v, double delay, double most, double *out) {
+    const double wanted = difference_shift(m, d, y, v);
+    const double shift = wanted * fabs(delay) > most ? most / fabs(delay) : wanted;
 
     for (int i = 0; i < m->n_state; i++) {
         d->point[i] = y[i] + shift * v[i];
@@ -102,8 +88,8 @@ static void differentiate_along_error(const bgc_model *m, bgc_data *d, double t,
 /* Coefficients of S, S^2, .. so that their sum agrees with exp(h J) to so many terms; with gamma = 1 / (c h),
  * S^k = sum of C(k + j - 1, j) (gamma h J)^j. */
 static void match_exponential(int terms, double gamma, double *coefficient) {
-    double a[ERROR_POWERS * ERROR_POWERS], size[ERROR_POWERS], factor = 1.0;
-    int pivot[ERROR_POWERS];
+    double a[MOST_POWERS * MOST_POWERS], size[MOST_POWERS], factor = 1.0;
+    int pivot[MOST_POWERS];
 
     for (int j = 0; j < terms; j++) {
         factor *= j > 0 ? 1.0 / (gamma * j) : 1.0;
@@ -121,13 +107,16 @@ static void match_exponential(int terms, double gamma, double *coefficient) {
 
 /* The coefficients of R, kept while gamma stays. */
 static const double *powers_of_step(bgc_core *core, double gamma) {
-    double lower[ERROR_POWERS] = {0.0};
+    double lower[MOST_POWERS] = {0.0};
 
-    if (core->off_gamma != gamma) {
-        match_exponential(ERROR_POWERS, gamma, core->off_power);
-        match_exponential(ERROR_POWERS - 1, gamma, lower);
-        for (int k = 0; k < ERROR_POWERS; k++) {
-            core->off_power[k] += low_order_part * (lower[k] - core->off_power[k]);
+    if (!(fabs(core->off_gamma - gamma) <= same_gamma * gamma)) {
+        core->off_powers = gamma < three_suffice ? MOST_POWERS : LEAST_POWERS;
+        match_exponential(core->off_powers, gamma, core->off_power);
+        if (gamma < stable_gamma) {
+            match_exponential(LEAST_POWERS, gamma, lower);
+            for (int k = 0; k < MOST_POWERS; k++) {
+                core->off_power[k] += low_order_part * (lower[k] - core->off_power[k]);
+            }
         }
         core->off_gamma = gamma;
     }
@@ -136,67 +125,19 @@ static const double *powers_of_step(bgc_core *core, double gamma) {
 
 /* --- one step ---------------------------------------------------------------------------------- */
 
-/* f at a step's start, its two nodes and its end; the states at the nodes. */
-typedef struct {
-    double t, h;
-    const double *f[4];
-    double *inner[2], *f_inner[2];
-} step_slopes;
-
-/* The integral of f from the start of the step with these weights, in entry i. */
-static double integral_within(const step_slopes *s, const double *w, int i) {
-    return s->h * (w[0] * s->f[0][i] + w[1] * s->f[1][i] + w[2] * s->f[2][i] + w[3] * s->f[3][i]);
-}
-
-static void evaluate_error_nodes(const bgc_model *m, bgc_data *d, const step_slopes *s) {
-    for (int k = 0; k < 2; k++) {
-        m->rhs(d->h, s->t + error_node[k] * s->h, s->inner[k], d->u, s->f_inner[k], d->work);
-    }
-}
-
-/* f at the points of a step to d->next, after one sweep that corrects the dense output at the nodes by
- * d->off_inside. */
-static void correct_error_nodes(const bgc_model *m, bgc_data *d, const step_slopes *s, int implicit) {
-    const size_t width = bgc_padded(m->n_state);
-
-    evaluate_error_nodes(m, d, s);
-    for (int k = 0; k < 2; k++) {
-        double *change = d->off_inside + (size_t)k * width;
-        for (int i = 0; i < m->n_state; i++) {
-            change[i] = d->x[i] - s->inner[k][i];
-        }
-        if (implicit) {
-            apply_mass_to_error(m, d, change);
-        }
-        for (int i = 0; i < m->n_state; i++) {
-            change[i] += integral_within(s, node_weight[k], i) * (implicit ? 1.0 : d->inverse_mass[i]);
-        }
-        if (implicit) {
-            solve_for_error(m, d, change);
-        }
-        for (int i = 0; i < m->n_state; i++) {
-            s->inner[k][i] += change[i];
-        }
-    }
-    evaluate_error_nodes(m, d, s);
-}
-
-/* The rate of state i where f is `f`. */
-static double rate_of_state(const bgc_data *d, const double *f, int i) { return d->inverse_mass[i] * f[i]; }
-
 /* The delay of the computed solution where e points along the motion; 0 where it does not, or where its
  * parts would not stay small. */
-static double delay_of_step(const bgc_model *m, bgc_data *d, const step_slopes *s, int implicit) {
+static double delay_of_step(const bgc_model *m, bgc_data *d, const bgc_error_step *s) {
     double along = 0.0, error = 0.0, start = 0.0, end = 0.0, bent = 0.0, timed = 0.0;
 
-    if (m->n_mass > 0 || !bgc_is_adaptive(bgc_present_method(&d->core))) {
+    if (m->n_mass > 0 || !bgc_is_adaptive(s->method)) {
         return 0.0;
     }
     for (int i = 0; i < m->n_state; i++) {
-        const double size = bgc_tolerance(d, i, fmax(fabs(d->x[i]), fabs(d->next[i])));
-        const double e = d->off[i] / size, f0 = s->f[0][i] / size, f1 = s->f[3][i] / size;
-        const double chord = (d->next[i] - d->x[i]) / (s->h * size);
-        const double shift = implicit ? s->h * d->dfdt[i] / size : 0.0;
+        const double weight = 1.0 / bgc_tolerance(d, i, fmax(fabs(d->x[i]), fabs(d->next[i])));
+        const double e = d->off[i] * weight, f0 = s->f[0][i] * weight, f1 = s->f[3][i] * weight;
+        const double chord = (d->next[i] - d->x[i]) * (weight / s->h);
+        const double shift = s->implicit ? s->h * d->dfdt[i] * weight : 0.0;
         along += f0 * e;
         error += e * e;
         start += f0 * f0;
@@ -211,88 +152,119 @@ static double delay_of_step(const bgc_model *m, bgc_data *d, const step_slopes *
     return along / start;
 }
 
-/* d->off := R d->off + l by the factors of the step. */
-static void carry_implicit(const bgc_model *m, bgc_data *d, const step_slopes *s, double delay) {
+/* change = (J_new - J) e - delay (df/dt_new - df/dt), the change of the slopes over the step along e at its end, with
+ * J e = c (M e - right). Returns whether it is more than slight. */
+static int find_change_of_slopes(const bgc_model *m, bgc_data *d, const bgc_error_step *s, const double *right,
+                                 const double *product, double delay, double *change) {
+    const double c = d->core.c;
+    double changed = 0.0, all = 0.0;
+
+    differentiate_along_error(m, d, s->t + s->h, d->next, s->f[3], d->off, delay, short_delay * s->h, change);
+    for (int i = 0; i < m->n_state; i++) {
+        const double weight = 1.0 / bgc_tolerance(d, i, fabs(d->next[i]));
+        const double slope = c * (product[i] - right[i]), own = c * product[i];
+        change[i] += delay * d->dfdt[i] - slope;
+        changed += change[i] * weight * (change[i] * weight);
+        all += (slope * slope + own * own) * (weight * weight);
+    }
+    return !(changed <= slight_change * slight_change * all);
+}
+
+/* d->off := R d->off + local by the factors of the step. The local error is damped as the stiff parts of the step's
+ * end are, by S and its square, so that slow parts are changed as over half of the step. */
+static void carry_implicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay, int measured,
+                           const double *local) {
     const int n = m->n_state;
     const double c = d->core.c, in_last = fmax(0.0, 2.0 - 0.5 * c * s->h);
     const double *power = powers_of_step(&d->core, 1.0 / (c * s->h));
-    double *v = error_vector(m, d, 5), *local = error_vector(m, d, 6), *change = error_vector(m, d, 7);
+    double *v = bgc_error_vector(m, d, 5), *right = bgc_error_vector(m, d, 6), *change = bgc_error_vector(m, d, 7);
 
+    /* The powers of S by Horner's scheme. */
     for (int i = 0; i < n; i++) {
-        local[i] = d->x[i] - d->next[i];
+        v[i] = power[d->core.off_powers - 1] * d->off[i];
     }
-    apply_mass_to_error(m, d, local);
-    for (int i = 0; i < n; i++) {
-        local[i] += integral_within(s, end_weight, i);
-    }
-
-    /* The powers of S by Horner's scheme. l is damped as the stiff parts of the step's end are. */
-    memset(v, 0, (size_t)n * sizeof *v);
-    for (int k = ERROR_POWERS; k >= 1; k--) {
-        for (int i = 0; i < n; i++) {
-            v[i] += power[k - 1] * d->off[i];
-        }
-        apply_mass_to_error(m, d, v);
+    for (int k = d->core.off_powers; k >= 1; k--) {
+        bgc_apply_mass_to_error(m, d, v);
         for (int i = 0; i < n && k <= 2; i++) {
-            v[i] += (k == 1 ? in_last : 1.0 - in_last) * local[i];
-            v[i] -= k == 2 ? s->h * delay * d->dfdt[i] : 0.0;
+            v[i] += k == 2 ? (1.0 - in_last) * local[i] - s->h * delay * d->dfdt[i] : in_last * local[i];
         }
-        if (k == 1) {
-            memcpy(local, v, (size_t)n * sizeof *v);
+        memcpy(right, v, (size_t)n * sizeof *v);
+        bgc_solve_for_error(m, d, v);
+        for (int i = 0; i < n && k > 1; i++) {
+            v[i] += power[k - 2] * d->off[i];
         }
-        solve_for_error(m, d, v);
     }
     memcpy(d->off, v, (size_t)n * sizeof *v);
 
     /* The change of J: half of it over the step in slow parts, all of it where W is close to -J. */
-    apply_mass_to_error(m, d, v);
-    differentiate_along_error(m, d, s->t + s->h, d->next, s->f[3], d->off, delay, change);
-    for (int i = 0; i < n; i++) {
-        change[i] += delay * d->dfdt[i] - c * (v[i] - local[i]);
-        v[i] = (0.5 * s->h - 1.0 / c) * change[i];
+    if (!measured && !d->core.off_bends) {
+        return;
     }
-    solve_for_error(m, d, v);
-    apply_mass_to_error(m, d, v);
-    for (int i = 0; i < n; i++) {
-        v[i] += change[i] / c;
-    }
-    solve_for_error(m, d, v);
-    for (int i = 0; i < n; i++) {
-        d->off[i] += v[i];
+    bgc_apply_mass_to_error(m, d, v);
+    d->core.off_bends = find_change_of_slopes(m, d, s, right, v, delay, change);
+    if (d->core.off_bends) {
+        for (int i = 0; i < n; i++) {
+            v[i] = (0.5 * s->h - 1.0 / c) * change[i];
+        }
+        bgc_solve_for_error(m, d, v);
+        bgc_apply_mass_to_error(m, d, v);
+        for (int i = 0; i < n; i++) {
+            v[i] += change[i] / c;
+        }
+        bgc_solve_for_error(m, d, v);
+        for (int i = 0; i < n; i++) {
+            d->off[i] += v[i];
+        }
     }
 }
 
-/* The same after an explicit step: a Runge-Kutta method of order 3 with nodes at the start, at the first inner
- * point and at the end. */
-static void carry_explicit(const bgc_model *m, bgc_data *d, const step_slopes *s, double delay) {
+/* M^-1 h J v at the end of the step, or at its start. */
+static void multiply_slopes(const bgc_model *m, bgc_data *d, const bgc_error_step *s, int at_end, const double *v,
+                            double delay, double *out) {
+    const double t = at_end ? s->t + s->h : s->t;
+
+    differentiate_along_error(m, d, t, at_end ? d->next : d->x, s->f[at_end ? 3 : 0], v, delay,
+                              short_delay * s->h, out);
+    for (int i = 0; i < m->n_state; i++) {
+        out[i] *= s->h * d->inverse_mass[i];
+    }
+}
+
+/* d->off := R(z) d->off + local after an explicit step, R = 1 + z + z^2/2 + b z^3 with z = h J. With b = 1/8
+ * |R(i y)|^2 = 1 + y^6/64; b = 1/16 is stable to z = -6.26. */
+static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay,
+                           const double *local) {
     const int n = m->n_state;
-    const double b2 = 5.0 / 6.0, b3 = 0.5 - b2 * error_node[0], a32 = 1.0 / (6.0 * b3 * error_node[0]);
-    double *k1 = error_vector(m, d, 5), *k2 = error_vector(m, d, 6);
-    double *k3 = error_vector(m, d, 7), *point = error_vector(m, d, 8);
+    double *k1 = bgc_error_vector(m, d, 0), *k2 = bgc_error_vector(m, d, 1), *k3 = bgc_error_vector(m, d, 2);
+    double *point = bgc_error_vector(m, d, 3), *change = bgc_error_vector(m, d, 5), b;
 
-    differentiate_along_error(m, d, s->t, d->x, s->f[0], d->off, delay, k1);
+    multiply_slopes(m, d, s, 0, d->off, delay, k1);
     for (int i = 0; i < n; i++) {
-        k1[i] *= s->h * d->inverse_mass[i];
-        point[i] = d->off[i] + error_node[0] * k1[i];
+        point[i] = d->off[i] + k1[i] + local[i];
     }
-    differentiate_along_error(m, d, s->t + error_node[0] * s->h, s->inner[0], s->f[1], point, delay, k2);
+    multiply_slopes(m, d, s, 1, point, delay, k2);
     for (int i = 0; i < n; i++) {
-        k2[i] *= s->h * d->inverse_mass[i];
-        point[i] = d->off[i] + (1.0 - a32) * k1[i] + a32 * k2[i];
+        point[i] = d->off[i] + 0.5 * (k1[i] + k2[i]) + local[i];
     }
-    differentiate_along_error(m, d, s->t + s->h, d->next, s->f[3], point, delay, k3);
+    multiply_slopes(m, d, s, 1, point, delay, k3);
+
+    /* |z v| / |v| of the difference v of the last two points chooses b. */
     for (int i = 0; i < n; i++) {
-        k3[i] *= s->h * d->inverse_mass[i];
-        d->off[i] += (1.0 - b2 - b3) * k1[i] + b2 * k2[i] + b3 * k3[i];
-        d->off[i] += d->x[i] - d->next[i] + d->inverse_mass[i] * integral_within(s, end_weight, i);
+        change[i] = 0.5 * (k2[i] - k1[i]);
+        point[i] = k3[i] - k2[i];
+    }
+    b = bgc_norm(m, d, point, d->x, d->next) > largest_turn * bgc_norm(m, d, change, d->x, d->next) ? 1.0 / 16
+                                                                                                      : 1.0 / 8;
+    for (int i = 0; i < n; i++) {
+        d->off[i] += 0.5 * k1[i] + (0.5 - 2.0 * b) * k2[i] + 2.0 * b * k3[i] + local[i];
     }
 }
 
-/* Derivatives of the arguments of the switches along e to d->probe, and along the motion to d->after, before an
+/* Derivatives of the arguments of the switches along e to d->off_along, and along the motion to d->off_rate, before an
  * event at t; the motion to vector 8. */
 static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h) {
     const double shift = difference_shift(m, d, d->next, d->off), back = 1e-6 * h;
-    double *present = d->off_argument, *motion = error_vector(m, d, 8);
+    double *present = d->off_argument, *motion = bgc_error_vector(m, d, 8);
 
     m->switches(d->h, t, d->next, d->u, present, d->work);
     for (int i = 0; i < m->n_state; i++) {
@@ -310,49 +282,86 @@ static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h
     }
 }
 
-/* Before d->next, to which a step of the method leads, becomes the present at t: carries the error to it. */
-void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
-    const int n = m->n_state, implicit = method->family->jacobian;
-    const size_t size = (size_t)n * sizeof(double);
-    const bgc_counts counts = d->core.counts;
-    double *f_end = error_vector(m, d, 4);
-    const step_slopes s = {.t = d->core.t,
-                           .h = t - d->core.t,
-                           .f = {d->f, error_vector(m, d, 2), error_vector(m, d, 3), f_end},
-                           .inner = {error_vector(m, d, 0), error_vector(m, d, 1)},
-                           .f_inner = {error_vector(m, d, 2), error_vector(m, d, 3)}};
-    double delay;
+/* Whether the modes are those of the step: a law that is undefined beyond its switch releases them. */
+static int holds_modes(const bgc_model *m, const bgc_data *d) {
+    return m->n_switch == 0 ||
+           memcmp(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode) == 0;
+}
 
-    if (d->core.off_noted != d->core.t) {
-        bgc_note_errors(m, d, d->core.t, d->x, d->u, d->off);
-    }
-    memcpy(d->off_before, d->off, size);
-    for (int k = 0; k < 2; k++) {
-        bgc_interpolate_all(m, d, s.t + error_node[k] * s.h, s.inner[k]);
+/* f at the end of the step, at t, to vector 4. The next step begins with it, where no event is between, and counts
+ * it as one of its own. */
+static void find_slope_at_end(const bgc_model *m, bgc_data *d, double t) {
+    bgc_core *core = &d->core;
+    const size_t size = (size_t)m->n_state * sizeof(double);
+    double *f_end = bgc_error_vector(m, d, 4);
+
+    if (t == core->t_end && (core->f_at_end || core->f_last_at == t)) {
+        memcpy(f_end, core->f_at_end ? d->error : d->f_last, size);
+        return;
     }
     m->rhs(d->h, t, d->next, d->u, f_end, d->work);
-    correct_error_nodes(m, d, &s, implicit);
+    if (t == core->t_end && !core->event && holds_modes(m, d)) {
+        memcpy(d->error, f_end, size);
+        core->f_at_end = 1;
+        core->counts.rhs++;
+    }
+}
+
+/* Before d->next, to which a step of the method leads, becomes the present at t: carries the error to it. The counts, and how solutions are checked, stay
+ * those of the step. */
+void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
+    bgc_core *core = &d->core;
+    const bgc_error_step s = {.t = core->t,
+                              .h = t - core->t,
+                              .method = method,
+                              .implicit = method->family->jacobian,
+                              .inner = {bgc_error_vector(m, d, 0), bgc_error_vector(m, d, 1)},
+                              .f = {d->f, bgc_error_vector(m, d, 2), bgc_error_vector(m, d, 3),
+                                    bgc_error_vector(m, d, 4)},
+                              .f_inner = {bgc_error_vector(m, d, 2), bgc_error_vector(m, d, 3)}};
+    const int n = m->n_state, watched = core->watched;
+    const bgc_pivoting pivoting = core->pivoting;
+    double *local = bgc_error_vector(m, d, 9);
+    bgc_counts counts;
+    double delay;
+    int measured;
+
+    find_slope_at_end(m, d, t);
+    counts = core->counts;
+    if (core->off_method != method - bgc_methods) {
+        bgc_forget_local_error(core);
+        core->off_method = (int)(method - bgc_methods);
+    }
+    measured = bgc_local_error(m, d, &s, local);
+    if (measured && core->off_noted != core->t) {
+        bgc_note_errors(m, d, core->t, d->x, d->u, d->off, NULL);
+    }
+    memcpy(d->off_before, d->off, (size_t)n * sizeof *d->off);
 
     /* A delay stays; the rest of e is carried. */
-    delay = delay_of_step(m, d, &s, implicit);
+    delay = measured || core->off_delayed ? delay_of_step(m, d, &s) : 0.0;
+    core->off_delayed = delay != 0.0;
     for (int i = 0; i < n; i++) {
-        d->off[i] -= delay * rate_of_state(d, s.f[0], i);
+        d->off[i] -= delay * bgc_rate_of_state(d, s.f[0], i);
     }
-    if (!implicit && d->n_block > 0) {
-        d->off[0] = (double)NAN; /* explicit steps solve the algebraic equations at each stage */
-    } else if (implicit) {
-        carry_implicit(m, d, &s, delay);
+    if (s.implicit) {
+        carry_implicit(m, d, &s, delay, measured, local);
     } else {
-        carry_explicit(m, d, &s, delay);
+        carry_explicit(m, d, &s, delay, local);
+    }
+    if (!s.implicit && d->n_block > 0) {
+        d->off[0] = (double)NAN; /* explicit steps solve the algebraic equations at each stage */
     }
     for (int i = 0; i < n; i++) {
-        d->off[i] += delay * rate_of_state(d, f_end, i);
+        d->off[i] += delay * bgc_rate_of_state(d, s.f[3], i);
     }
-    memcpy(d->off_at_end, d->off, size);
-    if (d->core.event) {
+    memcpy(d->off_at_end, d->off, (size_t)n * sizeof *d->off);
+    if (core->event) {
         look_at_switches(m, d, t, s.h);
     }
-    d->core.counts = counts;
+    core->counts = counts;
+    core->watched = watched;
+    core->pivoting = pivoting;
 }
 
 /* --- events ------------------------------------------------------------------------------------ */
@@ -392,14 +401,16 @@ static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
 /* After an event, with the new modes: e+ = g_x (e- + f- dt) - f+ dt. d->next has the states before a jump. */
 void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const int n = m->n_state, implicit = method->family->jacobian;
+    const bgc_counts counts = d->core.counts;
     const double dt = event_delay(m, d);
-    const double *f_before = error_vector(m, d, 4), *motion = error_vector(m, d, 8);
-    double *f_after = error_vector(m, d, 0), *v = error_vector(m, d, 1);
+    const double *f_before = bgc_error_vector(m, d, 4), *motion = bgc_error_vector(m, d, 8);
+    double *f_after = bgc_error_vector(m, d, 0), *v = bgc_error_vector(m, d, 1);
     int jumped = 0;
 
     for (int k = 0; k < m->n_jump; k++) {
         jumped |= d->jumped_at[k] == d->core.t;
     }
+    bgc_forget_local_error(&d->core);
     m->rhs(d->h, d->core.t, d->x, d->u, f_after, d->work);
     if (jumped || !implicit) {
         for (int i = 0; i < n; i++) {
@@ -409,70 +420,16 @@ void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *
             carry_through_resets(m, d, v);
         }
         for (int i = 0; i < n; i++) {
-            d->off[i] = v[i] - rate_of_state(d, f_after, i) * dt;
+            d->off[i] = v[i] - bgc_rate_of_state(d, f_after, i) * dt;
         }
         return;
     }
     for (int i = 0; i < n; i++) {
         v[i] = (f_before[i] - f_after[i]) * dt;
     }
-    solve_for_error(m, d, v);
+    bgc_solve_for_error(m, d, v);
     for (int i = 0; i < n; i++) {
         d->off[i] += v[i];
     }
-}
-
-/* --- rows -------------------------------------------------------------------------------------- */
-
-/* Enters the errors of the outputs at t, where x is off by e, into the largest since the last row. Each is at most
- * the size that its output has had: a fast change that comes late is off by no more. */
-void bgc_note_errors(const bgc_model *m, bgc_data *d, double t, const double *x, const double *u,
-                     const double *e) {
-    double *true_state = error_vector(m, d, 9);
-
-    for (int i = 0; i < m->n_state; i++) {
-        true_state[i] = x[i] + e[i];
-    }
-    m->outputs(d->h, t, x, u, d->output, d->work);
-    m->outputs(d->h, t, true_state, u, d->off_output, d->work);
-    for (int k = 0; k < m->n_output; k++) {
-        const double y = d->output[k], error = fabs(d->off_output[k] - y);
-        double size;
-        d->lowest[k] = fmin(d->lowest[k], y);
-        d->highest[k] = fmax(d->highest[k], y);
-        size = fmax(d->highest[k], 0.0) - fmin(d->lowest[k], 0.0);
-        if (!(error <= d->largest_off[k])) { /* also a NaN */
-            d->largest_off[k] = error > size ? size : error;
-        }
-    }
-}
-
-/* The correction of the dense output at a part s of the step, from those at the nodes. */
-static double inside_correction(double s, double first, double second) {
-    const double apart = error_node[1] - error_node[0], square = error_node[0] * error_node[1];
-
-    return s * (1.0 - s) / (square * apart) * (first * (error_node[1] - s) + second * (s - error_node[0]));
-}
-
-/* The largest errors of the outputs since the row before, up to the row at t that bgc_evaluate_row has just
- * written, which leaves the state of a row inside the last step in d->point. */
-void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, double *errors) {
-    const double *x = inside || d->core.algebraic > 0 ? d->point : d->x;
-    const size_t count = (size_t)m->n_output * sizeof *errors;
-    double *e = error_vector(m, d, 8);
-
-    if (inside) {
-        const double s = (t - d->core.t_old) / (d->core.t - d->core.t_old);
-        const double *second = d->off_inside + bgc_padded(m->n_state);
-        for (int i = 0; i < m->n_state; i++) {
-            e[i] = d->off_before[i] + s * (d->off_at_end[i] - d->off_before[i]) +
-                   inside_correction(s, d->off_inside[i], second[i]);
-        }
-    } else {
-        memcpy(e, d->off, (size_t)m->n_state * sizeof *e);
-        d->core.off_noted = d->core.t;
-    }
-    bgc_note_errors(m, d, inside ? t : d->core.t, x, inside ? d->u_step : d->u, e);
-    memcpy(errors, d->largest_off, count);
-    memset(d->largest_off, 0, count);
+    d->core.counts = counts;
 }

@@ -200,10 +200,16 @@ typedef struct {
     bgc_status reason; /* for this reason */
     int left;          /* the attempt leaves a root (bgc_leave_root) */
 
-    /* Errors of the states: global_error.c. */
-    double off_noted;    /* the last present whose errors are in largest_off */
-    double off_gamma;    /* 1 / (c h) of the step that off_power belongs to */
+    /* Errors of the states: global_error.c, local_error.c. */
+    int off_method;       /* of the steps that the local errors at hand belong to */
+    int off_every, off_since; /* a step in so many is measured; steps since the last one */
+    int off_bends, off_delayed; /* J changes e by more than little; e is a delay */
+    double off_noted;     /* the last time whose errors are in largest_off */
+    double off_size;      /* of the local error at hand, over the tolerances */
+    double off_step, off_scale; /* length of the measured step; factor of its errors in the present one */
+    double off_gamma;     /* 1 / (c h) of the step that off_power belongs to */
     double off_power[4];
+    int off_powers;       /* of S */
 
     /* Energy accounts, J: stored at the reset, integrals at t and at t_old, residual at t. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;

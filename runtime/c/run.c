@@ -155,7 +155,7 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
     }
     bgc_evaluate_row(m, d, t, inside, row);
     if (core->errors) {
-        bgc_write_errors(m, d, t, inside, row + m->n_output + (core->accounts ? 4 : 0));
+        bgc_write_errors(m, d, t, inside, row, row + m->n_output + (core->accounts ? 4 : 0));
     }
     if (core->accounts && bgc_first_bad(4, row + m->n_output) >= 0) {
         d->core.failed_state = -1;

@@ -75,6 +75,36 @@ def test_rows_are_the_same_bits_with_and_without_estimates(path):
     assert all(np.isnan(column).all() for column in plain.error.values())
 
 
+OSCILLATOR = """
+model Oscillator {
+  state x = 1;
+  state v = 0;
+  state late = 1;
+  der(x) = v;
+  der(v) = -x;
+  der(late) = -1e4*(late - x);
+}
+scene oscillator of Oscillator { observe x, v; run 200 every 0.5; }
+"""
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "rodas4p2", "radau5"])
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8])
+def test_errors_of_an_oscillation_add_up_where_not_each_step_is_measured(solver, rtol, tmp_path):
+    path = tmp_path / "oscillator.bg"
+    path.write_text(OSCILLATOR)
+    run = bgc.compile(path).simulate(solver=solver, rtol=rtol)
+    for name, exact in (("x", np.cos(run.time)), ("v", -np.sin(run.time))):
+        assert 0.7 < run.error[name].max() / np.abs(run[name] - exact).max() < 1.4
+
+
+def test_errors_are_followed_far_below_the_sizes_of_states():
+    """The autocatalytic problem E5: concentrations from 1e-3 to 1e-80."""
+    model = bgc.compile(MODELS / "ivp" / "e5.bg")
+    run = model.simulate(every=1e10, duration=1e11, rtol=1e-6, atol=1e-23)
+    assert 0 < run.error["y[2]"][-1] < 1e-18
+
+
 BALL = """
 model Ball {
   state x = 1;
