@@ -45,7 +45,7 @@ from bgc.equations.start.given import given_names
 from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
-from bgc.ir.lowered import Lowered
+from bgc.ir.lowered import Lowered, Switch
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
 from bgc.language.methods import METHODS
@@ -235,7 +235,7 @@ def _stages(
         passive=passive_coefficients(graph),
         operations=emitted.operations,
         shown=shown_names(equations),
-        resting=_resting(optimised, graph),
+        resting=_resting(lowered, graph),
         shapes=shapes_text(graph.shapes) if options.shapes else "",
         ports=port_facts(optimised, graph.ports),
         forces=force_facts(optimised, graph.ports, graph.slots),
@@ -253,8 +253,9 @@ def _stages(
     yield "C compiler", {"built": built}
 
 
-def _resting(program: Program, graph: FlatGraph) -> Rest:
-    """Describe the states of a program for a start at rest."""
+def _resting(lowered: Lowered, graph: FlatGraph) -> Rest:
+    """Describe the states and switches of a program for a start at rest."""
+    program = lowered.program
     momenta = (k for k, state in enumerate(program.states) if state.kind == "momentum")
     ports = tuple(f"{port.name}." for port in graph.ports)
     sampled = (
@@ -267,7 +268,16 @@ def _resting(program: Program, graph: FlatGraph) -> Rest:
         sampled=tuple(sampled),
         stiffness=tuple(state.stiffness for state in program.states),
         given=given_names(graph, [state.name for state in program.states]),
+        switches=tuple(_name_of(switch, program) for switch in lowered.switches),
     )
+
+
+def _name_of(switch: Switch, program: Program) -> str:
+    """The element in whose law a switch stands, or whose state it reads alone; empty for others."""
+    if switch.timed or switch.owner or len(switch.states) != 1:
+        return "" if switch.timed else switch.owner
+    (read,) = (state for state in program.states if state.name == switch.states[0])
+    return read.stores[0] if len(read.stores) == 1 else read.name
 
 
 def build_model(

@@ -76,7 +76,8 @@ class Dag:
 
     Operands that an operation lacks are -1. For CONST, `a` indexes `constants`; for SYMBOL, it
     indexes `symbols`. `places` holds the place in the source of the operations passed to `mark`,
-    and of the nodes that `rebuild` made from them. `tables` holds the data that nodes look up, by
+    and of the nodes that `rebuild` made from them; `owners` the element whose law has an operation,
+    likewise. `tables` holds the data that nodes look up, by
     the number that is their first operand. Nodes LISTED have no number of their own: they are read
     by INVERTED only (`inverted`).
     """
@@ -90,6 +91,7 @@ class Dag:
         self.constants: list[Fraction] = []
         self.symbols: list[Symbol] = []
         self.places: dict[int, Span] = {}
+        self.owners: dict[int, str] = {}
         self.tables: dict[int, AnyTable] = {}
         self._nodes: dict[tuple[int, int, int, int], int] = {}
         self._constant_nodes: dict[tuple[int, int], int] = {}
@@ -107,6 +109,7 @@ class Dag:
         other.level = self.level[:]
         other.constants, other.symbols = self.constants[:], self.symbols[:]
         other.places, other.tables = self.places.copy(), self.tables.copy()
+        other.owners = self.owners.copy()
         other._nodes = self._nodes.copy()
         other._constant_nodes = self._constant_nodes.copy()
         other._symbol_nodes = self._symbol_nodes.copy()
@@ -400,14 +403,21 @@ class Dag:
         if self.op[node] <= _SYMBOL:
             return node
         made = self.apply(self.op[node], operands)
-        if node in self.places:
-            self.mark(made, self.places[node])
+        self.mark_as(made, self, node)
         return made
 
     def mark(self, node: int, place: Span) -> None:
         """Record the place of an operation in the source; the first place of equal ones stays."""
         if self.op[node] > _SYMBOL:
             self.places.setdefault(node, place)
+
+    def mark_as(self, node: int, other: Dag, old: int) -> None:
+        """Record of an operation what another graph records of the one that it was made from."""
+        if self.op[node] > _SYMBOL:
+            if old in other.places:
+                self.places.setdefault(node, other.places[old])
+            if old in other.owners:
+                self.owners.setdefault(node, other.owners[old])
 
     def apply(self, op: int, operands: tuple[int, ...]) -> int:
         """Make an operation given by its number, which is not a leaf's."""

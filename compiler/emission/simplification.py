@@ -91,8 +91,8 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
             folded.add(node)
             values[node] = after.value(made)
         new[node] = _representative(simple, first, values[node], made)
-    for node in sorted(dag.places.keys() & new.keys()):
-        simple.mark(new[node], dag.places[node])
+    for node in sorted((dag.places.keys() | dag.owners.keys()) & new.keys()):
+        simple.mark_as(new[node], dag, node)
     now = after.values()
     for root in roots:
         assert now[new[root]] == values[root], f"node {root} changed its value"

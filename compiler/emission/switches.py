@@ -63,6 +63,7 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
             timed=found[node],
             jumps=jumps[node],
             place=dag.places.get(node),
+            owner=dag.owners.get(node, ""),
             states=_states_in(program, arguments[node]),
             of_jump=node in of_jumps,
         )

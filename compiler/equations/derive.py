@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import ClosingRows, closing_rows
@@ -48,6 +48,7 @@ from bgc.equations.storage.symmetry import symmetry_checks
 from bgc.equations.variables.definitions import Variables
 from bgc.equations.variables.law_nodes import positive_values
 from bgc.ir.causal import CausalGraph, Role
+from bgc.ir.fields import nodes_of
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
 from bgc.ir.unused import without_settled_jumps, without_unused_divisors
@@ -66,7 +67,9 @@ def derive_equations(causal: CausalGraph) -> Program:
     BgError
         A law, a loop, an initial value or an equation cannot be used; it names the elements.
     """
-    graph, variables = causal.graph, Variables(causal)
+    graph = causal.graph
+    _note_owners(graph)
+    variables = Variables(causal)
     system = _defined(causal, variables)
     unsettled = _resolved(system)
     moving = _with_motions(system, unsettled)
@@ -87,6 +90,17 @@ def derive_equations(causal: CausalGraph) -> Program:
     needed = without_settled_jumps(without_unused_divisors(solved))
     kept = with_speeds(needed, variables, system.resolver)
     return with_port_checks(kept, graph)
+
+
+def _note_owners(graph: FlatGraph) -> None:
+    """Record of each piecewise operation the first element whose law has it, for messages."""
+    dag = graph.dag
+    piecewise = {int(op) for op in Op if op.row.jump is not None}
+    if not piecewise.isdisjoint(dag.op):
+        for element in graph.elements:
+            for node in dag.reachable(nodes_of(element)):
+                if dag.op[node] in piecewise:
+                    dag.owners.setdefault(node, element.name)
 
 
 @dataclass(frozen=True, slots=True)

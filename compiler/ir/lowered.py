@@ -145,6 +145,7 @@ class Switch:
     timed: bool  # the argument does not depend on states
     jumps: bool  # False if the rates are provably continuous at the switch
     place: Span | None  # of the operation in the source
+    owner: str  # the element in whose law it stands; empty outside laws
     states: tuple[str, ...]  # names of the states in the argument
     of_jump: bool = False  # the condition of a jump depends on it
     rate: Node | None = None  # by time, of a timed one whose argument does not jump

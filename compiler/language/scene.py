@@ -33,6 +33,8 @@ class Rest:
     The compiled model adds `momenta`, the indices of the states that are momenta, `sampled`, the
     values of sampled parts without those of sampled ports, the `stiffness` of each state, and what
     the model gives of it (`given`): a parameter or `q0 of spring`, empty where it gives nothing.
+    `switches` names the element in whose law each switch stands, or the state that it reads; empty
+    where it reads time, or several states outside laws.
     """
 
     hold: tuple[str, ...] = ()
@@ -41,6 +43,7 @@ class Rest:
     sampled: tuple[Sampled, ...] = ()
     stiffness: tuple[float, ...] = ()
     given: tuple[str, ...] = ()
+    switches: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,5 +79,4 @@ def _rebuild(
             new[node] = given[node]
         else:
             new[node] = other.adopt(dag, node, tuple(new[x] for x in dag.operands(node)))
-        if node in dag.places:
-            other.mark(new[node], dag.places[node])
+        other.mark_as(new[node], dag, node)

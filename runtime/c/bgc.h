@@ -408,6 +408,8 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory);
 /* --- evaluation at the present time and state ------------------------------------------ */
 
 bgc_status bgc_rhs(const bgc_model *m, bgc_data *d, double *f);
+/* The arguments of all switches, n_switch of them. */
+void bgc_switch_arguments(const bgc_model *m, bgc_data *d, double *argument);
 bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *dfdt);
 /* Stored entries of M, n_mass of them; none for the identity. */
 bgc_status bgc_mass(const bgc_model *m, bgc_data *d, double *mass);

@@ -380,6 +380,12 @@ bgc_status bgc_rhs(const bgc_model *m, bgc_data *d, double *f) {
     return d->core.failed_state < 0 ? BGC_OK : BGC_NOT_FINITE;
 }
 
+void bgc_switch_arguments(const bgc_model *m, bgc_data *d, double *argument) {
+    if (m->n_switch > 0) {
+        m->switches(d->h, d->core.t, d->x, d->u, argument, d->work);
+    }
+}
+
 bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *dfdt) {
     bgc_differentiate(m, d, d->core.t, d->x, jac, dfdt);
     return bgc_first_bad(m->n_jac, jac) < 0 && bgc_first_bad(m->n_state, dfdt) < 0

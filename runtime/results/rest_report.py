@@ -56,12 +56,16 @@ class AtRest:
         The parameters that were varied.
     free
         The directions that the equations of rest leave free.
+    tipped
+        The elements whose laws are on another piece than at the start: a valve that opens, a stop
+        that touches, a brake that slips.
     """
 
     residual: float
     moves: tuple[Move, ...]
     varied: tuple[Move, ...]
     free: tuple[Free, ...] = ()
+    tipped: tuple[str, ...] = ()
 
     @property
     def given(self) -> tuple[Move, ...]:
@@ -79,6 +83,7 @@ class AtRest:
             [
                 Table("Moved to rest", ("", "from", "to", "by", "given by"), tuple(moves)),
                 Table("Left free by rest", ("", "fixed"), tuple(free)),
+                Table("Switched on the way to rest", ("",), tuple((n,) for n in self.tipped)),
             ]
         )
 
@@ -93,6 +98,8 @@ def described(found: AtRest) -> Iterator[str]:
         names = [free.name for free in found.free if free.fixed == fixed]
         if names:
             yield f"  what rest leaves free {words}: {_listed(names)}"
+    if found.tipped:
+        yield f"  switched on the way to rest: {_listed(found.tipped)}"
     for move in found.varied:
         given, chosen = f"{move.before:.6g}", f"{move.after:.6g}{_unit(move.unit)}"
         yield f"  {move.name} = {chosen}, given as {given}"

@@ -49,6 +49,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_closing_moves": (None, (_Doubles,)),
     "bgc_restart": (c_int, ()),
     "bgc_rhs": (c_int, (_Doubles,)),
+    "bgc_switch_arguments": (None, (_Doubles,)),
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
     "bgc_mass": (c_int, (_Doubles,)),
     "bgc_outputs": (c_int, (_Doubles,)),
@@ -370,6 +371,12 @@ class Instance:
         moves = np.full(self.library.model.n_state, np.nan)
         self._call("bgc_closing_moves", _doubles(moves))
         return moves
+
+    def switch_arguments(self) -> Array:
+        """The arguments of all switches at the present state."""
+        arguments = np.full(self.library.model.n_switch, np.nan)
+        self._call("bgc_switch_arguments", _doubles(arguments))
+        return arguments
 
     def chain_rows(self) -> tuple[Status, Array, Array]:
         """The rows that keep closed chains closed, zero in a run, and their derivatives by x."""

@@ -22,7 +22,7 @@ from bgc.runtime.running.structures import Status
 
 _TORN = 1e-6  # of a state, in its scale: relations between positions do not hold
 _KEPT = 1e-9  # of a state, in its scale: it is where it was, but for the accuracy of the search
-_UNMOVED = 1e-13  # of a state, in its scale: rounding
+_UNMOVED = 1e-13  # of a state, in its scale, or of an argument: rounding
 
 
 def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
@@ -81,12 +81,12 @@ def _finish(search: RestSearch) -> tuple[Status, AtRest | None]:
         _refuse(search, remaining, sizes)
     if torn or not search.arrived:
         raise BgError([rest_too_far()])
-    free = _free(search)
+    free, tipped = _free(search), _tipped(search)
     search.go(search.z)
     status = search.instance.restart()
     if status is not Status.OK:
         return status, None
-    return status, AtRest(worst, _moves(search), _variations(search), free)
+    return status, AtRest(worst, _moves(search), _variations(search), free, tipped)
 
 
 def _remaining(search: RestSearch) -> tuple[Array, Array]:
@@ -119,7 +119,26 @@ def _refuse(search: RestSearch, remaining: Array, sizes: Array) -> None:
     charges = np.flatnonzero(search.stiffness).tolist()
     kinds = dict.fromkeys(charges, "q") | dict.fromkeys(search.momenta, "p")
     shown = ((names[k], float(changes[k]), units[k], kinds.get(k, "")) for k in left)
-    raise BgError([no_rest(list(shown))])
+    raise BgError([no_rest(list(shown), _tipped(search))])
+
+
+def _tipped(search: RestSearch) -> tuple[str, ...]:
+    """The elements whose switches have changed their mode on the way from the start, by name.
+
+    An argument that the accuracy of the search may change as much is left out: it may be zero.
+    """
+    begin, after = search.begin, search.z
+    nearby = begin.copy()
+    nearby[: search.size] += AT_REST
+    points = []
+    for z in (begin, nearby, after):
+        search.go(z)
+        points.append(search.instance.switch_arguments())
+    first, second, last = points
+    clear = np.abs(last) > np.abs(second - first) + _UNMOVED * np.abs(first)
+    tipped = np.flatnonzero(clear & ((first > 0) != (last > 0)))
+    names = (search.switches[k] for k in tipped)
+    return tuple(dict.fromkeys(name for name in names if name))
 
 
 def _moves(search: RestSearch) -> tuple[Move, ...]:

@@ -30,6 +30,7 @@ class RestEquations:
         parameters = [text(model.param[k].name) for k in range(model.n_param)]
         self.varied = [parameters.index(name) for name in rest.vary]
         self.given_by = rest.given  # of each state, what the model gives
+        self.switches = rest.switches  # of each switch, the element in whose law it stands
         self.scale = self.resting.scale
         self.start: Array = self.resting.state / self.scale
         self.given = np.array([instance.parameter(k) for k in self.varied])

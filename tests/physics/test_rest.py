@@ -351,6 +351,7 @@ scene s of Relief { start rest; observe line.filling[1].e as first, relief.a.P a
     monkeypatch.setattr(np.linalg, "svd", counted)
     result = model.simulate()
     assert result.at_rest is not None and result.at_rest.residual < 1e-15 and len(calls) < 100
+    assert result.at_rest.tipped == ("relief.seat",)
     flow, area = 10e-3 / 60, np.pi / 4 * 0.02**2
     laminar = (
         32 * 3.2e-5 * 900 * 50 / 0.02**2 * flow / area
@@ -480,3 +481,33 @@ def test_oil_between_valves_stays_near_its_start(monkeypatch) -> None:
     found = model.simulate(1e-3).at_rest
     assert found is not None and found.residual < 1e-15 and len(calls) < 600
     assert max(abs(m.after - m.before) for m in found.moves if "feed_oil" in m.name) < 1e-5
+
+
+def test_a_brake_that_slips_is_named(tmp_path: Path) -> None:
+    """A load of 9.81 kN on a brake: it holds 20 kN, slips beyond 5 kN, or gives 5 kN at most."""
+    path = tmp_path / "drum.bg"
+    path.write_text("""
+model Hoist {
+  param hold : N = 20 kN;
+  load : I(1000 kg); gravity : Se(e = 9810 N); n : J1; split : J0; wire : C(1e-6 m/N);
+  brake : R { f = (max(e - hold, 0 N) + min(e + hold, 0 N))*1e-3 m/N/s; }
+  gravity -> n; n -> load; n -> split; split -> wire; split -> brake;
+}
+model Drum {
+  load : I(1000 kg); gravity : Se(e = 9810 N); n : J1;
+  brake : R { e = min(max(f*1e6 N*s/m, -5 kN), 5 kN); }
+  gravity -> n; n -> load; n -> brake;
+}
+scene hoist of Hoist { start rest; observe load.f; run 1 s; }
+scene drum of Drum { start rest; observe load.f; run 1 s; }
+""")
+    hoist = bgc.compile(path, scene="hoist", preview=True)
+    held = hoist.simulate().at_rest
+    slipping = hoist.simulate(parameters={"hold": 5e3})
+    assert held is not None and held.tipped == ()
+    assert slipping.at_rest is not None and slipping.at_rest.tipped == ("brake",)
+    assert slipping["load.f"][0] == pytest.approx(4.81)
+    assert "switched on the way to rest: brake" in summarise(slipping)
+    with pytest.raises(bgc.BgError, match="BG760") as refused:
+        bgc.compile(path, scene="drum", preview=True).simulate()
+    assert refused.value.diagnostics[0].note.startswith("`brake` has given way")

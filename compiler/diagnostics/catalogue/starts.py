@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from bgc.diagnostics.catalogue import Values, error, listed
 from bgc.diagnostics.source import Span
 
+_LISTED = 6  # elements that a message names
+
 
 @error(
     "BG732: no state was found at which the initial values{of} hold",
@@ -42,15 +44,20 @@ def not_separable() -> None: ...
     "hold what these states belong to, or free a parameter that balances them: `start "
     "rest vary drive.torque;`",
 )
-def no_rest(rates: Sequence[tuple[str, float, str, str]]) -> Values:
-    """Name what remains: states with their rates, units and kinds, `p`, `q` or other."""
+def no_rest(rates: Sequence[tuple[str, float, str, str]], tipped: Sequence[str]) -> Values:
+    """Name what remains: states with their rates, units and kinds, `p`, `q` or other.
+
+    `tipped` are elements whose laws have switches that change on the way there.
+    """
     why = {"p": " (nothing balances it)", "q": " (it flows on)"}
     shown = [
         f"`{name}` changes by {rate:.4g} {_rate_unit(unit)}{why.get(kind, '')}"
         for name, rate, unit, kind in rates[:3]
     ]
     more = f" and {len(rates) - 3} more" if len(rates) > 3 else ""
-    return {"shown": ", ".join(shown), "more": more}
+    cause = "has given way on the way there: it opens, slips or touches"
+    note = f"{listed(tipped[:_LISTED])} {cause}"
+    return {"shown": ", ".join(shown), "more": more, "note": note if tipped else ""}
 
 
 def _rate_unit(unit: str) -> str:
