@@ -20,13 +20,13 @@ def implicit_rates(
 ) -> dict[Node, Node]:
     """Solve `J x' = -(dr/dz) z'` for the rates x' of unknowns, a mapping to their residuals r.
 
-    `direction` gives the rates z' of the other symbols in the residuals. J is regular since the
-    loops are. Pivots that may vanish all the same are added to `divisors`.
+    `direction` gives the rates z' of the other symbols in the residuals. J is regular at almost all
+    values since the loops are; pivots that may vanish are added to `divisors`.
     """
-    dag, signs, unknowns = variables.dag, variables.signs, list(residuals)
+    dag, unknowns = variables.dag, list(residuals)
 
-    def note(pivot: Node, alone: bool) -> None:
-        if not alone and not signs.is_certain(pivot) and variables.may_vanish(pivot):
+    def note(pivot: Node, _alone: bool) -> None:
+        if variables.may_vanish(pivot):
             divisors.add(pivot)
 
     if not unknowns:
@@ -37,7 +37,7 @@ def implicit_rates(
     ]
     right = [dag.neg(directional_derivative(dag, r, direction)) for r in residuals.values()]
     fingerprints = variables.causal.fingerprints
-    rates = solve_general(dag, fingerprints, matrix, right, signs.rank, note)
+    rates = solve_general(dag, fingerprints, matrix, right, variables.signs.rank, note)
     return dict(zip(unknowns, rates, strict=True))
 
 
