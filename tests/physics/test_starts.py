@@ -432,3 +432,21 @@ scene turned of Turned { observe h; run 1 s; }
     assert result["h[1]"][0] == pytest.approx(np.sqrt(0.5), rel=1e-12)
     with pytest.raises(bgc.BgError, match=r"BG732: `h\[1\]` does not start at its initial value"):
         model.simulate(parameters={"w": 0.71})
+
+
+def test_a_field_starts_of_which_one_port_answers_by_its_flow(tmp_path: Path) -> None:
+    """The body's flows give `u = n' e` behind a gyrator; least energy makes the charges q = C e
+    a multiple of n."""
+    text = """model M { gap : J0; speed : J1[4]; state at = 0.21; der(at) = speed.f[4];
+      rotor : MGY[1, 4] { e2 = [[9.7], [7*cos(at)], [3.9], [0]]*f1; } gap -> rotor -> speed;
+      body : I[4](inertia = 1.2, f0 = [0.72, 0.59, 0.51, 1.5]); speed -> body;
+      lever : TF[1, 2] { e1 = [[2.5, 0.66]]*e2; } hub : J0[2]; gap -> lever -> hub;
+      field : C[2](compliance = [[1.9, -0.96], [-0.96, 1.7]]); hub -> field; }
+    scene s of M { observe body.f, field.e, field.q; run 1 s; }"""
+    found = compiled(tmp_path, text).observe()
+    flows = [0.72, 0.59, 0.51, 1.5]
+    assert [found[f"body.f[{k}]"] for k in range(1, 5)] == pytest.approx(flows, rel=1e-12)
+    u = np.dot([9.7, 7 * np.cos(0.21), 3.9, 0], flows)
+    n, capacity = np.array([2.5, 0.66]), np.array([[1.9, -0.96], [-0.96, 1.7]])
+    charges = n * u / (n @ np.linalg.solve(capacity, n))
+    assert [found["field.q[1]"], found["field.q[2]"]] == pytest.approx(charges, rel=1e-9)

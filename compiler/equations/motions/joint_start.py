@@ -63,9 +63,13 @@ class _Block:
 
     @property
     def is_linear(self) -> bool:
-        """Return whether the laws are linear, and those of charges can be inverted."""
+        """Return whether the laws are linear, and those of charges can be inverted.
+
+        A field of which some ports answer by flows and others by efforts is neither.
+        """
         return all(
             element.law.capacity is not None
+            and len({port.port.role for port in element.ports}) == 1
             and (
                 element.law.response is not None
                 or all(port.port.role is Role.INERTIA for port in ports)
