@@ -187,3 +187,12 @@ def test_a_source_that_does_not_fix_its_reaction_is_refused(tmp_path):
 def test_a_force_that_takes_all_inertia_away_is_refused(tmp_path):
     model = "push : MSe(e = 1 + 2*a.e); j : J1; a : I(2); b : I(2); push -> j -> a, b;"
     assert codes_of(simulate, tmp_path, model, "a.f") == ["BG520"]
+
+
+def test_a_run_ends_where_the_common_momentum_has_a_fold(tmp_path):
+    """f + n^2 f of n = 2 + cos(f) is largest at f = 1.36; the flow must not stay there."""
+    model = """a : J1; ma : I(1, f0 = 0.2); b : J1; mb : I(1); t : MTF { f2 = (2 + cos(a.f))*f1; }
+    pull : Se(1); pull -> a -> ma; a -> t -> b -> mb;"""
+    for rtol in (1e-6, 1e-9, 1e-10):
+        codes = codes_of(simulate, tmp_path, model, "a.f", 12.0, rtol)
+        assert codes in (["BG701"], ["BG702"], ["BG725"])
