@@ -184,7 +184,8 @@ typedef struct bgc_model {
     /* The factors of W in the order of elimination: row k is row pivot_row[k] of W, column k is
      * column pivot_col[k]. Entries lie row after row, row k from lu_row[k] (one more than rows):
      * L, the reciprocal of the pivot at lu_pivot[k], U; lu_col has their columns. Entry e of the
-     * Jacobian goes to place lu_jac[e], of M to lu_mass[e]. */
+     * Jacobian goes to place lu_jac[e], of M to lu_mass[e]. NULL in a model with neither inner unknowns
+     * nor blocks: then W is factorised densely wherever factor() does not do it, also for complex c. */
     const int *pivot_row, *pivot_col;
     const int *lu_row, *lu_pivot, *lu_col, *lu_jac, *lu_mass;
 
@@ -213,8 +214,8 @@ typedef struct bgc_model {
      * dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
-    /* factorises W = c M - J with static pivots; NULL: the runtime does it by the tables above, or in
-     * blocks of rows.
+    /* factorises W = c M - J with static pivots; NULL: the runtime does it by the tables above, in
+     * blocks of rows, or densely.
      * growth: sum over the pivots of the terms of a pivot, in absolute value, over the pivot; above
      * 1e5 solutions are checked. Returns nonzero where a pivot vanishes. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);

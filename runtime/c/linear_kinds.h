@@ -11,7 +11,8 @@
 
 /* --- static pivots ------------------------------------------------------------------------------ */
 
-/* Factorises W with static pivots; returns nonzero where a pivot vanishes. */
+/* Factorises W with static pivots; returns nonzero where a pivot vanishes, and where the model, written
+ * by hand, has neither code nor tables for this kind. */
 static int BGC_KIND(factorise_static)(const bgc_model *m, bgc_data *d, bgc_scalar c,
                                       double *growth) {
     int failed;
@@ -22,6 +23,9 @@ static int BGC_KIND(factorise_static)(const bgc_model *m, bgc_data *d, bgc_scala
     if (m->blocks != NULL) {
         return BGC_KIND(bgc_block_factor)(m, d->scale, d->mass, d->jac, c, d->BGC_KIND(lu), growth,
                                           d->block_work);
+    }
+    if (m->lu_row == NULL) {
+        return 1;
     }
     return BGC_KIND(bgc_sparse_factor)(m, d->mass, d->jac, c, d->BGC_KIND(lu), growth,
                                        d->sparse_work);

@@ -67,6 +67,20 @@ def test_a_fixed_step_gives_a_row_each_step(model):
     assert abs(result["q"][-1] - math.cos(2.0)) < 1e-7
 
 
+@pytest.mark.parametrize("error", [True, False])
+@pytest.mark.parametrize(
+    ("options", "within"),
+    [({"solver": "gauss4", "step": 0.01}, 2e-9), ({"solver": "radau5"}, 1e-5)],
+)
+def test_complex_systems_of_a_model_without_tables_are_solved_densely(
+    model, options, within, error
+):
+    """A model written by hand has no tables of its factors; complex systems have no other code."""
+    result = model.simulate(**options, error=error)
+    assert result.status == "done" and result.counts["fallbacks"] > 0
+    np.testing.assert_allclose(result["q"], np.cos(2 * result.time), atol=within)
+
+
 def test_a_step_without_a_solver_chooses_the_fixed_default(model):
     assert model.simulate(0.1, step=0.01).solver == "ros34prw"
 
