@@ -18,6 +18,8 @@ import numpy as np
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue.stress import not_a_drive
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.elaboration.scenes.variants import Change, with_changes
 from bgc.ir.fields import nodes_of
 from bgc.ir.graph import (
     Element,
@@ -32,7 +34,8 @@ from bgc.ir.graph import (
     Storage,
     Transformer,
 )
-from bgc.record_class import dataclass
+from bgc.record_class import dataclass, replace
+from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Listed, Range, read_axis
 from bgc.runtime.running.parameters import Parameter
 from bgc.values.shown_units import Shown
@@ -259,6 +262,40 @@ def _storage_role(element: Storage) -> Role:
 # --- requested ------------------------------------------------------------------------------
 
 
+def requested_drives(model: LoadedModel, texts: Iterable[str]) -> tuple[Drive, ...]:
+    """Read the requested drives of a model.
+
+    Raises the errors of `read_drive`, and for a name that `set` cannot change those of the
+    compiler (BG210, BG211, BG603): it has to be a parameter or a constant.
+    """
+    known = [model.parameters[name] for name in model.parameters]
+    units = {p.name: p.unit for p in known}
+    shown = {p.name: p.shown for p in known}
+    found = tuple(read_drive(text, units, shown) for text in texts)
+    for drive in found:
+        if not units.keys() >= {*drive.parameters}:
+            _check_target(model, drive.name, drive.values[0])
+    return found
+
+
+def _check_target(model: LoadedModel, name: str, value: float) -> None:
+    """Elaborate the scene with a value that is compiled in; raise the errors about its name."""
+    path, options = model.source_for("drives")
+    change = Change(name, repr(value), is_use=False)
+    try:
+        compile_scene(path, with_changes(options, [change]), until="elaborate")
+    except BgError as problem:
+        about = [
+            replace(found, span=None, edits=())
+            for found in problem.diagnostics
+            if (at := found.span) is not None
+            and at.source.text == f"{change.name}={change.value}"
+            and at.start < len(name)
+        ]
+        if about:
+            raise BgError(about) from None
+
+
 def read_drive(
     text: str, units: Mapping[str, str], shown: Mapping[str, Shown] = MappingProxyType({})
 ) -> Drive:
@@ -272,7 +309,7 @@ def read_drive(
     name = text.partition("=")[0].strip()
     members = _matching(name, units) if "*" in name else ()
     if "*" in name and not members:
-        raise BgError([not_a_drive(text)])
+        raise BgError([not_a_drive(text, f"no parameter has a name of the form `{name}`")])
     one = members[0] if members else name
     unit = _UNITS.get(name, units.get(one, ""))
     axis = read_axis(text, lambda _: unit, not_a_drive)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from bgc.runtime.stress.drives import (
     TIME,
     Drive,
     all_drives,
-    read_drive,
+    requested_drives,
 )
 from bgc.runtime.stress.stress_judge import (
     DEFAULT_RTOL,
@@ -145,6 +145,7 @@ def stress(
     )
     full = duration_of(model, duration or None, nothing_to_judge)
     clock = Budget(budget)
+    requested = requested_drives(model, drives)
     by_scene = within is None
     tolerance = Accuracy(WITHIN if within is None else within, model.facts.requirements * by_scene)
     session = StressSession(
@@ -159,7 +160,7 @@ def stress(
     points: list[Point] = []
     needed = 0.0
     session.begin(shortened=not duration)
-    wanted = session.drives(drives)
+    wanted = session.drives(requested)
     if grid and len(wanted) != 2:
         raise ValueError("a grid takes two drives")
     plan = _grid(wanted) if grid else _in_order(wanted)
@@ -258,12 +259,10 @@ class StressSession(Session):
         self._nominal = self.kept(Nominal, nominal)
         self.duration = self._nominal.part * whole
 
-    def drives(self, texts: Iterable[str]) -> tuple[Drive, ...]:
-        """Read the requested drives, or list all of the model."""
+    def drives(self, requested: Sequence[Drive]) -> tuple[Drive, ...]:
+        """Complete the requested drives, or all of the model, by their values in the scene."""
         known = [self.model.parameters[name] for name in self.model.parameters]
-        units = {p.name: p.unit for p in known}
-        shown = {p.name: p.shown for p in known}
-        found = tuple(read_drive(text, units, shown) for text in texts)
+        found = requested
         if not found:
             source = self.model.source_for("drives")
             graph = compile_scene(*source, until="elaborate").graph

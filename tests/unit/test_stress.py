@@ -15,8 +15,8 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.judging import Accuracy
 from bgc.runtime.measuring.timed_run import timed_run
-from bgc.runtime.stress.drives import all_drives, read_drive
-from bgc.runtime.stress.stress import stress
+from bgc.runtime.stress.drives import all_drives, read_drive, requested_drives
+from bgc.runtime.stress.stress import StressSession, stress
 from bgc.runtime.stress.stress_judge import References, Verdict, judge
 from bgc.runtime.stress.stress_plot import draw
 from bgc.runtime.stress.stress_tables import summary
@@ -254,6 +254,54 @@ def test_what_is_no_drive_is_refused(text):
     with pytest.raises(BgError) as problem:
         read_drive(text, {"k": ""})
     assert [d.code for d in problem.value.diagnostics] == ["BG087"]
+
+
+GAINS = """model Gain { const gain = 2; param k = 1; output y = gain*k; }
+model M {
+  const order = 3;
+  param rate: 1/s = 1;
+  part: Gain();
+  state x = 1;
+  der(x) = -rate*x*order*part.y;
+}
+scene s of M { observe x; run 1 s; }
+"""
+
+
+@pytest.mark.parametrize(
+    ("drive", "code", "help_"),
+    [
+        ("nosuch=1..2", "BG211", "declare it"),
+        ("ordr=1..2", "BG211", "did you mean `order`?"),
+        ("part.kk=1, 2", "BG210", "`gain`, `k`"),
+        ("x=1..2", "BG603", "set the parameter"),
+        ("nos*=1..2", "BG087", "NAME=LOW..HIGH"),
+    ],
+)
+def test_a_name_that_cannot_be_set_is_refused_before_any_run(
+    tmp_path, monkeypatch, drive, code, help_
+):
+    monkeypatch.setattr(StressSession, "begin", lambda *_, **__: pytest.fail("the scene ran"))
+    path = tmp_path / "m.bg"
+    path.write_text(GAINS)
+    with pytest.raises(BgError) as problem:
+        stress(compile_model(path), [drive])
+    (diagnostic,) = problem.value.diagnostics
+    assert diagnostic.code == code and help_ in diagnostic.help and diagnostic.span is None
+
+
+def test_parameters_and_constants_can_be_driven(tmp_path):
+    """A value that does not compile is a point that fails, and no reason to refuse the drive."""
+    path = tmp_path / "m.bg"
+    path.write_text(GAINS.replace("state x", "for i in 1..order { row[i]: Gain(); }\n  state x"))
+    model = compile_model(path)
+    texts = ["rate=1, 2", "part.k=1, 2", "part.gain=1, 2", "order=1.5, 2", "step=1 ms, 2 ms"]
+    assert [drive.name for drive in requested_drives(model, texts)] == [
+        text.partition("=")[0] for text in texts
+    ]
+    judged = {point.settings[0][1]: point for point in stress(model, ["order=1.5, 2"]).points}
+    assert judged[1.5].judgement.verdict is Verdict.FAILS
+    assert judged[2.0].judgement.verdict is Verdict.HOLDS
 
 
 def test_a_scene_that_observes_nothing_or_does_not_run_is_refused(tmp_path):
