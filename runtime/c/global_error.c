@@ -31,6 +31,7 @@ static const double same_gamma = 1e-9;         /* relative difference of gamma, 
 static const double beside_delay = 1e-2;       /* part of |e|^2 that may be left beside a delay */
 static const double bent_chord = 0.3;          /* deviation of a chord from the slopes at its ends, relative */
 static const double timed_slope = 1e-2;        /* part of the slope that may depend on time, squared */
+static const double near_edge = 1e-2;          /* of the way of an argument in a step */
 static const double short_delay = 1e-2;        /* of a step: by so much a difference may leave its time */
 static const double largest_turn = 1.7;       /* |h J| along e for the first of the two explicit formulas */
 static const double slight_change = 1e-3;      /* of J e: it is left out */
@@ -307,8 +308,8 @@ static void find_slope_at_end(const bgc_model *m, bgc_data *d, double t) {
     }
 }
 
-/* Before d->next, to which a step of the method leads, becomes the present at t: carries the error to it. The counts, and how solutions are checked, stay
- * those of the step. */
+/* Before d->next, to which a step of the method leads, becomes the present at t: carries the error to it. The counts,
+ * and how solutions are checked, stay those of the step. */
 void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
     bgc_core *core = &d->core;
     const bgc_error_step s = {.t = core->t,
@@ -366,15 +367,22 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
 
 /* --- events ------------------------------------------------------------------------------------ */
 
+/* Whether the motion of the last step has led switch k out of its mode: an input that jumps there may have done it, and
+ * then the argument is not near the edge before. */
+static int has_crossed(const bgc_model *m, const bgc_data *d, int k) {
+    const double before = d->u_step[m->n_input + k], way = d->off_rate[k] * (d->core.t - d->core.t_old);
+    const int left = !isnan(before) && (d->mode[k] != before || (m->n_jump > 0 && d->turned[k] != 0.0));
+
+    return left && fabs(d->off_argument[k]) < near_edge * fabs(way);
+}
+
 /* The time by which an event comes later in the exact solution: that of the switch that is moved most. */
 static double event_delay(const bgc_model *m, const bgc_data *d) {
     double most = 0.0;
 
     for (int k = 0; k < m->n_switch; k++) {
-        const double before = d->u_step[m->n_input + k];
         const double moved = -d->off_along[k] / d->off_rate[k];
-        const int left = !isnan(before) && (d->mode[k] != before || (m->n_jump > 0 && d->turned[k] != 0.0));
-        if (left && d->off_rate[k] != 0.0 && fabs(moved) > fabs(most)) {
+        if (fabs(moved) > fabs(most) && has_crossed(m, d, k)) {
             most = moved;
         }
     }
@@ -398,7 +406,8 @@ static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
     }
 }
 
-/* After an event, with the new modes: e+ = g_x (e- + f- dt) - f+ dt. d->next has the states before a jump. */
+/* After an event, with the new modes: e+ = g_x (e- + f- dt) - f+ dt. d->next has the states before a jump. Where M
+ * couples rates or has empty rows, the factors of the step stand for it. */
 void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const int n = m->n_state, implicit = method->family->jacobian;
     const bgc_counts counts = d->core.counts;
@@ -412,7 +421,7 @@ void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *
     }
     bgc_forget_local_error(&d->core);
     m->rhs(d->h, d->core.t, d->x, d->u, f_after, d->work);
-    if (jumped || !implicit) {
+    if (jumped || !implicit || m->n_mass == 0) {
         for (int i = 0; i < n; i++) {
             v[i] = d->off[i] + motion[i] * dt;
         }

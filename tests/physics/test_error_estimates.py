@@ -117,6 +117,36 @@ scene ball of Ball { observe x, v; run 1.9 every 1.9/400; }
 """
 
 
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7])
+@pytest.mark.parametrize("solver", ["rodas5p", "radau5", "dopri5"])
+def test_errors_pass_contacts_at_which_the_force_jumps(solver, rtol, tmp_path):
+    """The damping sets in at the speed of the impact."""
+    path = tmp_path / "drop.bg"
+    path.write_text("""
+    model Drop {
+      state x = 1; state v = 0;
+      der(x) = v;
+      der(v) = -9.81 - (if x < 0 then 1e4*x + 20*v else 0);
+    }
+    scene drop of Drop { observe x, v; run 2.5 s every 10 ms; }
+    """)
+    model = bgc.compile(path)
+    exact = model.simulate(solver="radau5", rtol=1e-12, atol=1e-14)
+    run = model.simulate(solver=solver, rtol=rtol)
+    for name in ("x", "v"):
+        true = np.abs(run[name] - exact[name]).max()
+        assert 0.4 < run.error[name].max() / true < 3
+
+
+def test_an_input_that_jumps_moves_no_switch_in_time():
+    model = bgc.compile(LIBRARY / "examples/hydraulic_cylinder.bg", scene="servo")
+    exact = model.simulate(rtol=1e-11)
+    run = model.simulate(rtol=1e-6)
+    for name in ("position", "spool"):
+        true = np.abs(run[name] - exact[name]).max()
+        assert 0.2 < run.error[name].max() / true < 3
+
+
 def test_errors_pass_jumps_and_count_between_rows(tmp_path):
     path = tmp_path / "ball.bg"
     path.write_text(BALL)
