@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from bgc.diagnostics.catalogue import listed
 from bgc.language.column_names import name_in_si, vector_of
 from bgc.record_class import dataclass
 from bgc.runtime.measuring.agreement import AT_THE_REFERENCE
@@ -23,12 +24,13 @@ _BETTER = 0.95  # times an error: an error must be below it to count as smaller
 class Target:
     """The demands on a configuration.
 
-    With `required`, errors are relative to `require` and the limit is 1; otherwise they are
-    relative to the range. `deadline` is in s, None if there is none. `faster_than` is the least
-    number of seconds of the scene for a second of processor time. `sample` is the period of the
-    scene's devices, s, None without devices: a longer step takes fewer samples than the scene
-    specifies. `floor` is the accuracy of the reference; `verified` says that it is well below the
-    limit. `settle` is the scene's option of that name, Hz.
+    With `required`, errors are relative to the required accuracies and the limit is 1; otherwise
+    they are relative to the range. `required_by` names what gave these accuracies: `require` of the
+    scene, `--within` of the command, or both. `deadline` is in s, None if there is none.
+    `faster_than` is the least number of seconds of the scene for a second of processor time.
+    `sample` is the period of the scene's devices, s, None without devices: a longer step takes
+    fewer samples than the scene specifies. `floor` is the accuracy of the reference; `verified`
+    says that it is well below the limit. `settle` is the scene's option of that name, Hz.
     """
 
     quantities: tuple[Quantity, ...]
@@ -39,6 +41,7 @@ class Target:
     floor: float = 0.0
     verified: bool = True
     settle: float = 0.0
+    required_by: tuple[str, ...] = ("require",)
 
     @property
     def limit(self) -> float:
@@ -268,7 +271,7 @@ def _above(value: float) -> str:
 
 def _limit(target: Target) -> str:
     of_range = f"{DEFAULT_ACCURACY:g} of the range (the scene has no `require`)"
-    return "`require`" if target.required else of_range
+    return listed(target.required_by) if target.required else of_range
 
 
 def _error(row: Measurement, target: Target) -> str:

@@ -170,7 +170,7 @@ def trade(
     loaded = _loaded(model, scene, parameters, uses)
     asked = _asked(loaded, within or {}, deadline)
     own_goal = asked.facts == loaded.facts and not faster_than
-    loaded, facts = asked, asked.facts
+    required_by, loaded, facts = _required_by(loaded, asked), asked, asked.facts
     end = duration_of(loaded, duration, nothing_to_measure)
     _check(rtols, lengths, keeps, budget, deadline, faster_than)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
@@ -187,7 +187,7 @@ def trade(
     )
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
-    target = replace(session.target(reference), faster_than=faster_than)
+    target = replace(session.target(reference), faster_than=faster_than, required_by=required_by)
     ladder = _ladder(session, reference) if steps is None and fixed else tuple(lengths)
     configurations = scene_configurations(
         adaptive,
@@ -264,6 +264,13 @@ def _asked(
     deadline = facts.deadline if deadline is None else deadline
     asked.facts = replace(facts, requirements=tuple(required.items()), deadline=deadline)
     return asked
+
+
+def _required_by(model: LoadedModel, asked: LoadedModel) -> tuple[str, ...]:
+    """Name what gives the required accuracies of `asked`: the scene, the command, or both."""
+    own, all_ = {*model.facts.requirements}, {*asked.facts.requirements}
+    found = {"require": own & all_, "--within": all_ - own}
+    return tuple(name for name, required in found.items() if required)
 
 
 def _check(

@@ -140,7 +140,7 @@ def _draw_front(trade: TradeResult, axes: Any) -> None:
 def _draw_limits(trade: TradeResult, axes: Any) -> None:
     """Draw the limit of errors, real time, missed deadlines, and the accuracy of the reference."""
     target = trade.target
-    what = "require" if target.required else f"{target.limit:g} of the range"
+    what = " and ".join(target.required_by) if target.required else f"{target.limit:g} of the range"
     axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)
     floor, bottom = max(AT_THE_REFERENCE * target.floor, _LEAST_DRAWN_ERROR), axes.get_ylim()[0]
     if floor > bottom:

@@ -191,6 +191,25 @@ def test_a_goal_of_the_command_is_judged_by_the_same_measurements(tmp_path: Path
     assert [d.code for d in caught.value.diagnostics] == ["BG065"]
 
 
+@pytest.mark.parametrize(
+    ("scene", "within", "named"),
+    [
+        ("", {"x": "1 mm"}, "`--within`"),
+        ("require x within 1 um;", {"x": "1 mm"}, "`--within`"),
+        ("require x within 1 um;", {"x": "1 um"}, "`require`"),
+        ("require x within 1 um;", {"v": "1 mm/s"}, "`require` and `--within`"),
+        ("require x within 1 um;", {}, "`require`"),
+        ("", {}, "0.001 of the range (the scene has no `require`)"),
+    ],
+)
+def test_the_sentence_names_what_requires_the_accuracy(
+    tmp_path: Path, scene: str, within: dict[str, str], named: str
+) -> None:
+    path = written(tmp_path, REQUIRING.replace("require x within 1 um;", scene))
+    sentence = quick(path, within=within).verdict.sentence
+    assert f"within {named}:" in sentence or f"within {named}." in sentence
+
+
 def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -> None:
     for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
         model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))
