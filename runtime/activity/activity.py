@@ -146,7 +146,13 @@ def activity_report(
     metered, graph = metered_model(model)
     run = completed(timed_run(metered, method, times, accounts=False, limit=budget))
     found, spread = activities(metered, graph, times, run.rows)
-    candidates = possible_changes(base.package, base.graph, found, negligible)
+    candidates = possible_changes(
+        base.package,
+        base.graph,
+        {name: parameter.value for name, parameter in model.parameters.items()},
+        found,
+        negligible,
+    )
     trials: list[Trial] = []
     for candidate in tracked(candidates, progress, "trying", " changes"):
         if session.left < 0:

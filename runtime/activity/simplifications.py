@@ -26,14 +26,19 @@ class Candidate:
 
 
 def possible_changes(
-    package: Package, graph: FlatGraph, found: Sequence[Activity], negligible: float
+    package: Package,
+    graph: FlatGraph,
+    present: Mapping[str, float],
+    found: Sequence[Activity],
+    negligible: float,
 ) -> tuple[Candidate, ...]:
     """List changes that concern at most a share `negligible` of all activity, the least first.
 
     A change puts another part into a slot, or sets a parameter to zero that switches elements off.
+    `present` has the values of the run-time parameters, SI; others have their defaults.
     """
     most = negligible * sum(activity.activity for activity in found)
-    candidates = [*_uses(package, graph, found), *_zeros(graph, found)]
+    candidates = [*_uses(package, graph, found), *_zeros(graph, present, found)]
     fitting = [candidate for candidate in candidates if candidate.activity <= most]
     return tuple(sorted(fitting, key=lambda candidate: candidate.activity))
 
@@ -44,13 +49,17 @@ def _uses(package: Package, graph: FlatGraph, found: Sequence[Activity]) -> Iter
             yield Candidate(variant, activity)
 
 
-def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Candidate]:
+def _zeros(
+    graph: FlatGraph, present: Mapping[str, float], found: Sequence[Activity]
+) -> Iterator[Candidate]:
     """Find parameters that only switch elements off.
 
     At zero, such a parameter makes all nodes of some laws zero, and no other law contains it.
     """
     by_name = {activity.element: activity.activity for activity in found}
-    values = default_values(graph.dag, graph.parameters)
+    values = default_values(graph.dag, graph.parameters) | {
+        Symbol(Kind.PARAM, p.index): present[p.name] for p in graph.parameters if p.name in present
+    }
     switched, others = _holders(graph, values)
     for parameter in graph.parameters:
         elements = switched.get(parameter.index, ())

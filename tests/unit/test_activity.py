@@ -131,6 +131,39 @@ def test_values_that_are_set_in_the_model_are_those_of_its_changes_too(tmp_path)
     assert trial.error == pytest.approx((1 / 100 - 1 / 100.001) / 1e-3)
 
 
+RESISTORS = """model M { param a = 1e-4 ohm; param b = 0 ohm; param c = 2*b;
+  push : Se(e = 1 V); loop : J1; push -> loop;
+  main : R(1 ohm); r1 : R(a); r2 : R(b); r3 : R(c); loop -> main, r1, r2, r3; }
+scene s of M { keep b; observe loop.f; run 1 s; }
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "tried"),
+    [
+        ({}, {"a"}),
+        ({"a": 0.0}, set()),
+        ({"a": 0.0, "b": 1e-4}, {"b", "c"}),
+        ({"c": 1e-4}, {"a", "c"}),
+    ],
+)
+def test_parameters_are_tried_at_zero_by_their_present_values(tmp_path, given, tried):
+    """By those that are set, in the model or by `--set`, and by those that are computed of them."""
+    path = tmp_path / "resistors.bg"
+    path.write_text(RESISTORS)
+    model = compile_model(path)
+    for name, value in given.items():
+        model.parameters[name] = value
+    report = activity_report(model)
+    assert {trial.changes[0].name for trial in report.trials} == tried
+    assert all(trial.error is not None for trial in report.trials)
+    settings = [f"--set={name}={value}" for name, value in given.items()]
+    printed = CliRunner().invoke(application, ["activity", str(path), *settings, "--json", "-q"])
+    assert printed.exit_code == 0, printed.stderr
+    statements = json.dumps(json.loads(printed.stdout)["trials"])
+    assert {name for name in "abc" if f"set {name} = 0;" in statements} == tried
+
+
 def test_changes_that_will_do_one_by_one_but_not_together_are_given_up(tmp_path):
     """Two masses held together, each on a weak spring that takes half a per cent of their way."""
     path = tmp_path / "springs.bg"
