@@ -58,9 +58,6 @@ class Start:
     names: tuple[str, ...]
 
 
-INITIAL_VALUE = "initial value"  # the variable of a `GivenValue` of a declared state
-
-
 @dataclass(frozen=True, slots=True)
 class GivenValue:
     """An initial value that the user gives: `node`, of the start, has to be `value`.

@@ -12,6 +12,8 @@ from enum import Enum
 
 from bgc.record_class import dataclass, replace
 
+INITIAL_VALUE = "initial value"  # of a declared state, as `q0` is of a C
+
 
 class Form(Enum):
     """The variable for which a law is written.

@@ -10,7 +10,7 @@ from bgc.building.build_result import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.ir.program import INITIAL_VALUE
+from bgc.language.elements import INITIAL_VALUE
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.runs import Interrupted
 from bgc.runtime.running.binding import Instance, text

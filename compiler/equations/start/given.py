@@ -17,7 +17,8 @@ from bgc.equations.storage.initial_values import GivenVariable, given_of_element
 from bgc.equations.storage.kinds import StorageElement, state_name
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.graph import FlatGraph, Junction, Node, Storage
-from bgc.ir.program import INITIAL_VALUE, GivenValue, ProgramState
+from bgc.ir.program import GivenValue, ProgramState
+from bgc.language.elements import INITIAL_VALUE
 
 
 def given_of_junctions(variables: Variables, indices: Collection[int]) -> Iterator[GivenVariable]:
