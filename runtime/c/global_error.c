@@ -220,11 +220,11 @@ static void carry_implicit(const bgc_model *m, bgc_data *d, const bgc_error_step
 }
 
 /* M^-1 h J v at the end of the step, or at its start. */
-static void multiply_slopes(const bgc_model *m, bgc_data *d, const bgc_error_step *s, int at_end, const double *v,
+static void multiply_slopes(const bgc_model *m, bgc_data *d, const bgc_error_step *s, int later, const double *v,
                             double delay, double *out) {
-    const double t = at_end ? s->t + s->h : s->t;
+    const double t = later ? s->t + s->h : s->t;
 
-    differentiate_along_error(m, d, t, at_end ? d->next : d->x, s->f[at_end ? 3 : 0], v, delay,
+    differentiate_along_error(m, d, t, later ? d->next : d->x, s->f[later ? 3 : 0], v, delay,
                               short_delay * s->h, out);
     for (int i = 0; i < m->n_state; i++) {
         out[i] *= s->h * d->inverse_mass[i];
