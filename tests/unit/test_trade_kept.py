@@ -120,7 +120,7 @@ def test_solver_auto_does_not_take_the_answer_to_another_question(tmp_path: Path
     written(tmp_path, REQUIRING.replace("I(1 kg)", "I(2 kg)"))
     assert codes(bgc.compile(path).simulate()) == ["BG090"]
     written(tmp_path, REQUIRING.replace("within 1 um", "within 1 nm"))
-    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+    assert codes(bgc.compile(path).simulate()) == ["BG090", "BG721"]
     written(tmp_path, REQUIRING.replace("run 2 s;", "run 2 s; deadline 1 ms;"))
     assert codes(bgc.compile(path).simulate()) == ["BG090"]
     written(tmp_path, f"// a remark\n{REQUIRING}")
