@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from bgc.algebra.dag import Dag, Level, Symbol
 from bgc.algebra.evaluate import Evaluator
 from bgc.algebra.nodes import Node
+from bgc.algebra.rounding import RoundedEvaluator
 
 _POINTS = 12
 
@@ -19,18 +20,21 @@ _POINTS = 12
 class Signs:
     """Signs of nodes, with parameters at their defaults and all other symbols at random values.
 
-    At the last point they are zero: a run often starts there, and `x^2` vanishes nowhere else.
+    At zero, where a run often starts, `x^2` vanishes as nowhere else; there the values have error
+    bounds, so that a rounding error is not taken for a number.
     """
 
     def __init__(self, dag: Dag, defaults: Mapping[Symbol, float]) -> None:
         self._levels = dag.level
         self._points = [Evaluator(dag, _anywhere(defaults, seed)) for seed in range(_POINTS)]
-        self._points.append(Evaluator(dag, lambda symbol: defaults.get(symbol, 0.0)))
+        self._zero = RoundedEvaluator(dag, lambda symbol: defaults.get(symbol, 0.0))
 
     def is_certain(self, node: Node) -> bool:
         """Test whether a node is finite, nonzero and of one sign at all points."""
-        values = [point.value(node) for point in self._points]
-        return all(math.isfinite(v) and v * values[0] > 0 for v in values)
+        at_zero = self._zero.value(node)
+        points = self._points if self._levels[node] > Level.PARAM else ()
+        values = [at_zero.value, *(point.value(node) for point in points)]
+        return not at_zero.is_noise and all(math.isfinite(v) and v * values[0] > 0 for v in values)
 
     def rank(self, pivot: Node) -> int:
         """Rank pivots: constants first, then parameters, then nodes of constant sign."""

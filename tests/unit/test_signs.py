@@ -14,3 +14,11 @@ def test_a_square_has_no_certain_sign_since_it_vanishes_at_zero():
     assert not signs.is_certain(square) and not signs.is_certain(x)
     pivots = [square, dag.add(square, k), k, dag.one]
     assert [signs.rank(pivot) for pivot in pivots] == [3, 2, 1, 0]
+
+
+def test_a_rounding_error_has_no_sign():
+    dag = Dag()
+    a, b = dag.symbol(Kind.PARAM, 0), dag.symbol(Kind.PARAM, 1)
+    signs = Signs(dag, {dag.symbol_of(a): 0.1, dag.symbol_of(b): 0.3})
+    noise = dag.sub(dag.mul(dag.const(3), a), b)  # 5.6e-17 in doubles
+    assert [signs.rank(node) for node in (a, noise)] == [1, 3]

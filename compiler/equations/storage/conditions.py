@@ -198,7 +198,7 @@ def solve_conditions(
 
     try:
         values = solve_general(
-            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node], note
+            dag, variables.causal.fingerprints, matrix, right, variables.signs.rank, note
         )
     except SingularSystemError:
         raise AssertionError("conditions that were inserted one by one are dependent") from None

@@ -124,7 +124,7 @@ def _from_answers(
     ]
     try:
         solution = solve_general(
-            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
+            dag, variables.causal.fingerprints, matrix, right, variables.signs.rank
         )
     except SingularSystemError:
         raise _unusable(element.storage, next(iter(answers.values()))) from None
