@@ -30,7 +30,7 @@ from program_draw import COUPLED, TIMED, draw_program
 from program_ends import cut_before, vanishing
 from program_loops import loop_differences
 from program_modes import slope_errors
-from program_runs import CLOSE, difference, run_text, scales_of
+from program_runs import CLOSE, Refused, difference, run_text, scales_of
 from program_shrink import shrunk, signature
 from program_text import Style, write
 from program_tree import For, Model, Part, Program
@@ -53,7 +53,7 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
 
 
 @pytest.mark.parametrize(
-    "seed", [1022, 1028, 1065, 1155, 1137, 1877, 2232, 1956, 6035, 6681, 10251, 101211, 102067]
+    "seed", [1022, 1028, 1065, 1155, 1137, 1877, 1956, 6035, 6681, 10251, 101211, 102067]
 )
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
@@ -87,6 +87,25 @@ def test_a_run_ends_where_a_coefficient_vanishes(tmp_path: Path) -> None:
     early = 0.9 * 1.05899694
     short = cut_before(with_all_observed(draw_program(2274)).with_scene(rows=ROWS), early)
     assert vanishing(raw_equations(short), run_text(write(short), tmp_path), early) == ""
+
+
+def test_a_run_ends_where_charges_of_one_effort_have_a_fold(tmp_path: Path) -> None:
+    """The sum of two stiffnesses falls to zero as the root of the time left: its square as that."""
+    program = with_all_observed(draw_program(2232)).with_scene(rows=ROWS)
+    with pytest.raises(Refused, match="BG725") as ended:
+        run_text(write(program), tmp_path)
+    end = ended.value.end
+    assert end is not None
+    short = cut_before(program, end)
+    kind, about = by_equations(short, tmp_path, variants=0)
+    assert (kind, about) == ("agrees", about)
+    columns = run_text(write(short), tmp_path)
+    names = dict(re.findall(r"(\S+) as (v\d+)", write(short)))
+    q, bistable = (columns[names[f"spring{k}.q"]] for k in (2, 3))
+    sums = 14e4 / 0.0012 * np.cosh(q / 0.0012) + 11e7 + 25e4 / 2 / 39e-5 * np.cos(bistable / 39e-5)
+    times = np.linspace(0, float(short.scene.duration), len(q))
+    slope, at_start = np.polyfit(times[-3:], sums[-3:] ** 2, 1)
+    assert -at_start / slope == pytest.approx(end, rel=1e-4)
 
 
 def test_a_program_in_the_loop_has_the_bits_of_a_plain_run(tmp_path: Path) -> None:
