@@ -98,7 +98,7 @@ class _Steps:
                 self._add("a", place, [self._read(node)])
 
     def _operands(self, node: Node) -> tuple[Node, ...]:
-        """What the text of a node reads: a choice by whether x is a number reads x."""
+        """List the nodes that the text of a node reads; a test whether x is a number reads x."""
         dag = self._dag
         operands = dag.operands(node)
         if dag.op[node] == Op.SELECT and is_number_test(dag, operands[0]):

@@ -95,11 +95,11 @@ BGC_COMPLEX_COLUMN(complex8, rows8)
 
 /* --- kernels ------------------------------------------------------------------------------------ */
 
-/* Kernels for columns of type C with n numbers of S doubles each, of which ENTRY is one. UNROLL unrolls a
- * loop, and UPDATE(C, rows, ...) calls update_C for a block with this many rows. For real columns numbers of rows
- * and of columns of other blocks are constants where kernels are called, so that loops over them leave
- * no code and vectors stay in registers. For complex ones they are not: methods with complex stages are
- * used for reference solutions, and code for each pair of numbers takes the C compiler 2 s.
+/* Kernels for columns of type C. A column has n numbers of type ENTRY, each of S doubles. UNROLL unrolls a
+ * loop, and UPDATE(C, rows, ...) calls update_C for a block with this many rows. For real columns the numbers of
+ * rows and columns of other blocks are constants at each call, so that loops over them are unrolled and
+ * vectors stay in registers. For complex columns they vary: methods with complex stages are used for
+ * reference solutions, and code for each pair of numbers would take the C compiler 2 s.
  *
  * clear: the columns of a block and of its lists, 0.
  * update: one block `s` with w columns, `wide` numbers each: L at keep, then the columns right of it.

@@ -283,7 +283,7 @@ static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h
     }
 }
 
-/* Whether the modes are those of the step: a law that is undefined beyond its switch releases them. */
+/* Tests that the modes are those of the step: a law that is undefined beyond its switch releases them. */
 static int holds_modes(const bgc_model *m, const bgc_data *d) {
     return m->n_switch == 0 ||
            memcmp(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode) == 0;
@@ -367,8 +367,8 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
 
 /* --- events ------------------------------------------------------------------------------------ */
 
-/* Whether the motion of the last step has led switch k out of its mode: an input that jumps there may have done it, and
- * then the argument is not near the edge before. */
+/* Tests that the motion of the last step has led switch k out of its mode. Where an input that jumps has done so, the
+ * argument before it is not near the edge. */
 static int has_crossed(const bgc_model *m, const bgc_data *d, int k) {
     const double before = d->u_step[m->n_input + k], way = d->off_rate[k] * (d->core.t - d->core.t_old);
     const int left = !isnan(before) && (d->mode[k] != before || (m->n_jump > 0 && d->turned[k] != 0.0));

@@ -52,7 +52,7 @@ def largest_between(errors: Array, between: int) -> Array:
 
 
 def unknown(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """NaN as the errors of columns, of which nothing is known."""
+    """Give NaN as the errors of columns whose errors are not known."""
     return {name: np.full(len(column), np.nan) for name, column in columns.items()}
 
 

@@ -196,7 +196,7 @@ def _draw(
 
 
 def _note(result: RunColumns, panels: Sequence[Plot], is_banded: bool) -> str:
-    """What a plot says of the errors: what its bands are, and those that are not known."""
+    """Explain the bands of a plot, and name the columns whose errors are not known."""
     drawn = dict.fromkeys(column for panel in panels for column in panel.columns)
     lost = [name for name in drawn if np.isnan(result.errors.get(name, 0.0)).any()]
     more = f" and {len(lost) - _MOST_NAMED} more" if len(lost) > _MOST_NAMED else ""

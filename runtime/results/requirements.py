@@ -1,4 +1,4 @@
-"""What the `require` statements of a scene say of a run: limits of columns, and accuracies."""
+"""The requirements of a scene, judged in a run: limits of columns, and accuracies."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Requirement:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the value is within its limit; None where it is not known."""
+        """True where the value is within its limit; None where the value is not known."""
         return None if math.isnan(self.margin) else self.margin > 0
 
     @property

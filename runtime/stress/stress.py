@@ -247,7 +247,7 @@ class StressSession(Session):
     _references: dict[Settings, References] = field(default_factory=dict)
 
     def begin(self, *, shortened: bool) -> None:
-        """Run the unchanged scene, of which a part is run where `shortened`; BG089 if it fails."""
+        """Run the unchanged scene, only its first part if `shortened`; BG089 if it fails."""
         whole, budget = self.duration, self.budget.seconds
 
         def nominal() -> Nominal:
