@@ -86,9 +86,12 @@ def test_grids_have_the_values_of_ours(bicubic):
     grid = Grid(X, array("d", [0.0, 1.0, 3.0]), array("d", rng.normal(size=size)), fields, "grid")
     dag = Dag()
     x, y = (dag.symbol(Kind.INPUT, k) for k in (0, 1))
-    f = function(dag, [dag.look_up(grid, x, y)], [x, y])
+    node = dag.look_up(grid, x, y)
+    slopes = [directional_derivative(dag, node, {symbol: dag.one}) for symbol in (x, y)]
+    f = function(dag, [node, *slopes], [x, y])
     for at in rng.uniform(-2, 5, (40, 2)):
-        assert float(f(at)) == pytest.approx(grid.value((0, 0), *at), abs=1e-11)
+        due = [grid.value(orders, *at) for orders in ((0, 0), (1, 0), (0, 1))]
+        assert np.array(f(at)).ravel() == pytest.approx(due, abs=1e-11)
 
 
 # --- models -----------------------------------------------------------------------------------
