@@ -31,7 +31,6 @@ MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 # Units with other flags, and what these save of their compile time.
 _FLAGS = {
     "model_matrix": (*MODEL_FLAGS, *GCC_ALIASES),  # one array is read and written: a fourteenth
-    "model_ranges": (*MODEL_FLAGS, "-fno-inline"),  # many small functions: nearly half
 }
 
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
