@@ -1,8 +1,8 @@
-"""Strongly connected components of a directed graph (Tarjan, SIAM J. Comput. 1, 1972)."""
+"""Strong components (Tarjan, SIAM J. Comput. 1, 1972) and cycles of a directed graph."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
 from typing import TypeVar
 
 Vertex = TypeVar("Vertex", bound=Hashable)
@@ -63,3 +63,40 @@ def all_components(
             for component, _ in strong_components(root, needs, done.__contains__):
                 done.update(component)
                 yield component
+
+
+def vertices_on_cycles(
+    candidates: Collection[Vertex],
+    needs: Callable[[Vertex], Iterable[Vertex]],
+    chosen: Iterable[Vertex],
+) -> set[Vertex]:
+    """The vertices that are chosen, with candidates so that one is on every cycle.
+
+    Every cycle has to contain a candidate. A depth-first search takes the last candidate on each
+    cycle that it closes, and leaves its path up to there. What lies beyond is visited again from
+    elsewhere, at most once for each vertex taken.
+    """
+    taken, done, known = set(chosen), set[Vertex](), set(candidates)
+    for start in candidates:
+        if start in done or start in taken:
+            continue
+        path: dict[Vertex, Iterator[Vertex]] = {start: iter(needs(start))}
+        while path:
+            vertex, rest = next(reversed(path.items()))
+            for needed in rest:
+                if needed in taken or needed in done:
+                    continue
+                if needed in path:
+                    while vertex not in known:
+                        assert vertex != needed, "a cycle without a candidate"
+                        path.pop(vertex)
+                        vertex = next(reversed(path))
+                    path.pop(vertex)
+                    taken.add(vertex)
+                else:
+                    path[needed] = iter(needs(needed))
+                break
+            else:
+                path.pop(vertex)
+                done.add(vertex)
+    return taken

@@ -1,4 +1,4 @@
-"""Disjoint sets, bipartite matching and strong components, against SciPy and by definition."""
+"""Disjoint sets, matching, strong components and cycles, against SciPy and by definition."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components, maximum_bipartite_matchin
 
 from bgc.algebra.disjoint_sets import DisjointSets, Joined
 from bgc.algebra.matching import Matching, match
-from bgc.algebra.strong_components import strong_components
+from bgc.algebra.strong_components import strong_components, vertices_on_cycles
 
 SIZE = 9
 vertices = st.integers(0, SIZE - 1)
@@ -134,3 +134,37 @@ def test_needs_may_depend_on_what_was_made_of_earlier_ones() -> None:
         assert not has_cycle
         value[members[0]] = number
     assert value == {"b": 1, "c": 2, "a": 3}
+
+
+# --- cycles -----------------------------------------------------------------------------------
+
+
+@given(edges, st.sets(vertices, min_size=1), st.sets(vertices, max_size=2))
+def test_vertices_are_taken_so_that_no_cycle_is_left(
+    pairs: list[tuple[int, int]], candidates: set[int], chosen: set[int]
+) -> None:
+    needs: dict[int, list[int]] = {k: [] for k in range(SIZE)}
+    for a, b in pairs:
+        if a < b or {a, b} & candidates:  # all others lie on no cycle
+            needs[a].append(b)
+    taken = vertices_on_cycles(sorted(candidates), needs.__getitem__, chosen)
+    assert chosen <= taken <= candidates | chosen
+    left = matrix([(a, b) for a in needs for b in needs[a] if not {a, b} & taken])
+    assert not np.trace(np.linalg.matrix_power(np.eye(SIZE) + left, SIZE) - np.eye(SIZE))
+
+
+def test_cycles_that_share_vertices_are_cut_in_polynomial_time() -> None:
+    """Layers of two, each joined to the next: as many cycles as numbers of as many bits."""
+    layers = 40
+    last, asked = 2 * layers, [0] * (2 * layers + 2)
+
+    def needs(vertex: int) -> list[int]:
+        asked[vertex] += 1
+        if vertex >= last:
+            return [0, 1]
+        below = vertex // 2 * 2 + 2
+        return [below, below + 1]
+
+    taken = vertices_on_cycles([last, last + 1], needs, ())
+    assert taken == {last, last + 1}
+    assert max(asked) <= 1 + len(taken)

@@ -16,7 +16,7 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.inversion import solve_for
 from bgc.algebra.linear import LinearForm, linear_form
 from bgc.algebra.modular import Solutions, solutions_of
-from bgc.algebra.strong_components import strong_components
+from bgc.algebra.strong_components import strong_components, vertices_on_cycles
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.rates import RateTerms
@@ -146,42 +146,8 @@ class _Loop:
 
     def tear(self) -> list[Node]:
         """Choose the torn variables: unknowns of equations, and a symbol of each other cycle."""
-        torn = {s for s in self._symbols if s in self._equation_of}
-        done: set[Node] = set()
-        again: set[Node] = set()  # on a cycle beyond its torn symbol: other symbols may enter it
-        for start in self._symbols:
-            if start in done or start in torn:
-                continue
-            path: dict[Node, None] = {start: None}
-            stack = [(start, self._inside(start))]
-            while stack:
-                node, needs = stack[-1]
-                for needed in needs:
-                    if needed in torn or needed in done:
-                        continue
-                    if needed in path:
-                        last = self._last_symbol(path, needed)
-                        torn.add(last)
-                        beyond = list(path)
-                        again.update(beyond[beyond.index(last) + 1 :])
-                        continue
-                    path[needed] = None
-                    stack.append((needed, self._inside(needed)))
-                    break
-                else:
-                    stack.pop()
-                    path.pop(node)
-                    (again.discard if node in again else done.add)(node)
-        return sorted(torn)
-
-    def _last_symbol(self, path: Mapping[Node, None], start: Node) -> Node:
-        """The last symbol on the cycle from `start` to the end of the path."""
-        for node in reversed(list(path)):
-            if self._dag.op[node] == Op.SYMBOL:
-                return node
-            if node == start:
-                break
-        raise AssertionError("a circle without a symbol")
+        unknowns = (s for s in self._symbols if s in self._equation_of)
+        return sorted(vertices_on_cycles(self._symbols, self._inside, unknowns))
 
     def order_without(self, torn: Sequence[Node]) -> list[Node]:
         """All members except the torn ones, in topological order."""
