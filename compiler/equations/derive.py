@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.strong_components import strong_components
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import ClosingRows, closing_rows
@@ -281,20 +282,36 @@ def _integrated_states(
 
 
 def _started_by_loops(
-    dag: Dag, resolver: Resolver, states: Sequence[ProgramState], elements: Sequence[StorageElement]
+    dag: Dag, resolver: Resolver, states: list[ProgramState], elements: Sequence[StorageElement]
 ) -> set[int]:
-    """The elements whose initial states depend on unknowns of loops, which are not known before.
+    """The elements whose initial states are not known before, since they depend on loops.
 
-    A modulus that reads a flow of the elements that it connects is such a loop.
+    A modulus that reads a flow or momentum of the elements that it connects is such a loop. Where
+    an initial state depends on itself, it is set to zero until the start is solved.
     """
     unknowns = set(resolver.residuals)
-    names = {
-        name
-        for state in states
-        if not unknowns.isdisjoint(dag.reachable([state.initial]))
-        for name in state.stores
-    }
+    late = {k for k, s in enumerate(states) if unknowns & set(dag.reachable([s.initial]))}
+    for k in _circular(dag, [state.initial for state in states]):
+        if states[k].stores:
+            late.add(k)
+            states[k] = replace(states[k], initial=dag.zero)
+    names = {name for k in late for name in states[k].stores}
     return {e.ports[0].port.element for e in elements if e.storage.name in names}
+
+
+def _circular(dag: Dag, initials: Sequence[Node]) -> list[int]:
+    """The states whose initial values depend on themselves."""
+    size = len(initials)  # the unknowns of loops are numbered behind
+    needs = [
+        [s.index for s in dag.symbols_in([x], Kind.STATE).values() if s.index < size]
+        for x in initials
+    ]
+    found, done = list[int](), set[int]()
+    for root in range(size):
+        for members, has_cycle in strong_components(root, needs.__getitem__, done.__contains__):
+            done.update(members)
+            found += members if has_cycle else []
+    return found
 
 
 def _declared_states(

@@ -450,3 +450,21 @@ def test_a_field_starts_of_which_one_port_answers_by_its_flow(tmp_path: Path) ->
     n, capacity = np.array([2.5, 0.66]), np.array([[1.9, -0.96], [-0.96, 1.7]])
     charges = n * u / (n @ np.linalg.solve(capacity, n))
     assert [found["field.q[1]"], found["field.q[2]"]] == pytest.approx(charges, rel=1e-9)
+
+
+def test_momenta_that_turn_their_own_gyrators_start_as_given(tmp_path: Path) -> None:
+    """The initial value of a momentum merged behind them depends on itself."""
+    text = """model M { a : J1[2]; ma : I[2]([[2.4, 0.4], [0.4, 1.8]], p0 = [-0.4, 2.2]); a -> ma;
+      hub : J0[3]; lever : TF[2, 3] { e1 = [[0.4, 1.8, -2], [0, 0.4, -0.6]]*e2; }
+      a -> lever -> hub; gap : J0[3]; hub -> turn -> gap; gap -> spring, mb;
+      turn : MGY[3, 3] { e1 = [[0.5, 0, 0], [1.1, 2.3, 0],
+        [-0.4*sin(ma.p[2]), 2.6*cos(ma.p[2]), 0.4]]*f2; }
+      spring : C[3]([[2.8, -0.3, -0.2], [-0.3, 2.3, 0.4], [-0.2, 0.4, 1.9]], e0 = [2, -1.4, -0.4]);
+      mb : I[3](2, f0 = [-0.6, -0.4, -1.6]); far : J0[2]; hub -> turn2 -> far; far -> soft, mc;
+      turn2 : MGY[3, 2] { e1 = [[0.9, 0], [2*cos(ma.p[1]), 0.5],
+        [0.8*sin(ma.p[1]), -1.6*sin(ma.p[1])]]*f2; }
+      soft : C[2](0.5); mc : I[2](2, f0 = [0.5, 0.3]); }
+    scene s of M { observe ma.p, spring.e, mb.f, mc.f; run 1 s; }"""
+    found = list(start_of(tmp_path, text).values())
+    given = [-0.4, 2.2, 2, -1.4, -0.4, -0.6, -0.4, -1.6, 0.5, 0.3]
+    assert found == pytest.approx(given, rel=1e-10)
