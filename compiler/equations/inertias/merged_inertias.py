@@ -21,6 +21,7 @@ from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.inertias.flows import kinetic_energy, watch_pivots
 from bgc.equations.inertias.groups import Group, find_groups, inertias_of
+from bgc.equations.inertias.own_momenta import elements_on_flows
 from bgc.equations.inertias.turning import turning_forces
 from bgc.equations.storage.accounts import is_symmetric
 from bgc.equations.storage.constrained_energy import (
@@ -29,7 +30,11 @@ from bgc.equations.storage.constrained_energy import (
     determine,
 )
 from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
-from bgc.equations.storage.independent_states import charge_state, integrate_compliances
+from bgc.equations.storage.independent_states import (
+    charge_state,
+    integrate_alone,
+    integrate_compliances,
+)
 from bgc.equations.storage.kinds import (
     IntegratedState,
     StorageElement,
@@ -53,14 +58,34 @@ def merge_inertias(
 ) -> list[IntegratedState]:
     """Define momenta and independent flows of dependent inertias; their states."""
     groups = find_groups(variables, elements)
-    together = [element for group in groups for element in group.elements]
-    variables.balances.turning = turning_forces(variables, together)
-    states = [s for element in together for s in integrate_compliances(variables, element)]
+    keeping = [elements_on_flows(variables, group) for group in groups]
+    pairs = list(zip(groups, keeping, strict=True))
+    merged = [element for group, kept in pairs if not kept for element in group.elements]
+    variables.balances.turning = turning_forces(variables, merged)
+    states = []
+    for group, kept in pairs:
+        for element in group.elements:
+            start = integrate_alone if element in kept else integrate_compliances
+            states += start(variables, element)
     taken: set[str] = set()
-    for group in groups:
+    for group, kept in pairs:
         _refuse_without_energy(variables, group)
-        states += _merge_inertia_group(variables, group, taken)
+        if kept:
+            states += _keep_momenta(variables, group, kept)
+        else:
+            states += _merge_inertia_group(variables, group, taken)
     return states
+
+
+def _keep_momenta(
+    variables: Variables, group: Group, kept: Sequence[StorageElement]
+) -> list[IntegratedState]:
+    """Let the elements that keep no momenta react; the states of their charges."""
+    others = [element for element in group.elements if element not in kept]
+    for element in others:
+        _define_momenta(variables, element)
+    variables.balances.reacting.update(port.index for port in group.ports)
+    return [state for element in others for state in _charges(variables, element)]
 
 
 def _merge_inertia_group(
@@ -76,12 +101,7 @@ def _merge_inertia_group(
     for element in group.elements:
         _define_momenta(variables, element)
     _define_flows(variables, group, merged)
-    states = [
-        charge_state(variables, element, position)
-        for element in group.elements
-        for position, port in enumerate(element.ports)
-        if port.charge is not None and port.port.role is Role.INERTIA
-    ]
+    states = [state for element in group.elements for state in _charges(variables, element)]
     held = {k: _held(group, k) for k in merged}
     names = _merged_names(variables, group, taken)
     for k, state in merged.items():
@@ -100,6 +120,15 @@ def _merge_inertia_group(
             )
         )
     return states
+
+
+def _charges(variables: Variables, element: StorageElement) -> list[IntegratedState]:
+    """The charges beside the momenta of an IC."""
+    return [
+        charge_state(variables, element, position)
+        for position, port in enumerate(element.ports)
+        if port.charge is not None and port.port.role is Role.INERTIA
+    ]
 
 
 def _refuse_without_energy(variables: Variables, group: Group) -> None:

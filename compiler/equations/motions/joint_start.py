@@ -330,10 +330,14 @@ def _depends_on(
 def _stored(variables: Variables, block: _Block) -> list[Node] | None:
     """Find the stored quantities of the start, one an answer: momenta of flows, then charges.
 
-    None where a law is not linear, or where the rows cannot be evaluated before the start is known.
+    None where a law is not linear, where inertias on their own flows keep their momenta beside
+    others, or where the rows cannot be evaluated before the start is known.
     """
     dag = variables.dag
-    if not block.is_linear:
+    reacting = variables.balances.reacting
+    if not block.is_linear or any(
+        p.index in reacting for _, ports in block.elements for p in ports
+    ):
         return None
     given = _given_rows(variables, block)
     own, default = [c for c in given if not c.is_default], [c for c in given if c.is_default]

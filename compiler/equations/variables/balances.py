@@ -74,6 +74,7 @@ class Balances:
         self._answers = answers
         self._forces: dict[_Share, list[Node]] = {}
         self.turning: Mapping[int, Node] = {}  # class -> force of moduli that turn momenta
+        self.reacting: set[int] = set()  # ports of inertias that bear reactions of others
         self._multipliers: dict[int, Node] | None = None
         self._closing: dict[int, list[Node]] = {}  # class -> shares of closing rows
         self._closing_multipliers: dict[int, Node] = {}  # row -> its multiplier
@@ -171,10 +172,11 @@ class Balances:
         return self._balance(number, -1, _Share.TURNING, without=None)
 
     def reaction(self, port_index: int) -> Node:
-        """The across variable that a flow source, or an inertia alone on its flow, has to bear."""
+        """The across variable that a flow source, or an inertia that keeps its momentum, bears."""
         port = self._causal.ports[port_index]
         number = self._causal.class_of[port.bond]
-        share = _Share.REST if port.role is Role.INERTIA else _Share.REACTIONS
+        is_alone = port.role is Role.INERTIA and port_index not in self.reacting
+        share = _Share.REST if is_alone else _Share.REACTIONS
         return self._balance(number, -port.sign, share, without=port_index)
 
     def _balance(self, number: int, sign: int, share: _Share, without: int | None) -> Node:
