@@ -172,6 +172,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     closing = {closure.row for closure in closures}
     _verify(fingerprints, graph.dag, structure, elimination.rows, flows, closing)
     basis, errors = _basis(graph, structure, independent, flows)
+    errors = errors or _hidden_conflict(graph, structure, fingerprints, basis, flows)
     if errors:
         return Refused(BgError(errors))
     closures += [
@@ -308,6 +309,43 @@ def _basis(
                 errors.append(effort_conflict(graph, structure, number, sources, through))
         basis.append(Basis(number, kind))
     return tuple(basis), errors
+
+
+def _hidden_conflict(
+    graph: FlatGraph,
+    structure: Structure,
+    fingerprints: Fingerprints,
+    basis: Sequence[Basis],
+    flows: Flows,
+) -> list[Diagnostic]:
+    """The error for a motion that powers effort sources only, if several flows make it up.
+
+    Where a modulus may vanish, the flow behind it is no pivot: two sources on one junction then
+    have a flow each, both of which reach other elements through that modulus.
+    """
+    sources: dict[int, list[dict[int, int]]] = {}  # element -> its flows
+    others: list[dict[int, int]] = []
+    for number, members in enumerate(structure.classes):
+        row = {k: fingerprints.residue(node) for k, node in flows[number].items()}
+        ports = [structure.ports[k] for k in members.ports]
+        setting = [
+            port.element
+            for port in ports
+            if port.role is Role.EFFORT_SOURCE
+            and not columns_in_value(graph, structure, port, flows)
+        ]
+        for element in setting:
+            sources.setdefault(element, []).append(row)
+        if len(setting) < len(ports):
+            others.append(row)
+    moving = sum(independent.kind is not BasisKind.INDETERMINATE for independent in basis)
+    rank = rank_of(others)
+    if rank == moving:
+        return []
+    free = {e: rows for e, rows in sources.items() if rank_of([*others, *rows]) > rank}
+    columns = {k for rows in free.values() for row in rows for k in row}
+    through = [n for n, entries in enumerate(flows) if not columns.isdisjoint(entries)]
+    return [effort_conflict(graph, structure, through[0], list(free), through)]
 
 
 def columns_in_value(
