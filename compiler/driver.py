@@ -30,6 +30,7 @@ from bgc.building.cache import Cache, digest_of
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
+from bgc.causality.procedure import Procedure, place_in_order
 from bgc.diagnostics.catalogue.arguments import unknown_driver, unknown_solver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, accepted, as_error
 from bgc.elaboration.elaborate import check_file_values, elaborate
@@ -168,6 +169,20 @@ def compile_scene(
                 break
             begin = perf_counter()
     return Stages({"warnings": (), **results, "seconds": MappingProxyType(seconds)})
+
+
+def strokes_of(
+    path: Path, options: Options, package: Package | None = None
+) -> tuple[CausalGraph | Procedure, BgError | None]:
+    """The causal strokes of a scene; of one that has none, those before a contradiction, and why.
+
+    Raises BgError where the scene has no flat graph.
+    """
+    try:
+        return compile_scene(path, options, package=package, until="causality").causal, None
+    except BgError as refusal:
+        stages = compile_scene(path, options, package=package, until="fold")
+        return place_in_order(stages.folding.graph), refusal
 
 
 def _stages(

@@ -111,7 +111,7 @@ def junction_structure(graph: FlatGraph, cut: frozenset[int] = frozenset()) -> S
             case _:
                 ports.extend(
                     ElementPort(index, k, p.bond, p.sign, dual[p.bond], role)
-                    for k, p, role in _roles(graph.dag, element, dual)
+                    for k, p, role in roles_of(graph.dag, element, dual)
                 )
     return Structure(
         dual=dual,
@@ -224,7 +224,8 @@ def _members(class_of: Sequence[int], ports: Sequence[ElementPort]) -> tuple[Bon
     return tuple(BondClass(tuple(b), tuple(p)) for b, p in zip(bonds, members, strict=True))
 
 
-def _roles(dag: Dag, element: Element, dual: Sequence[bool]) -> list[tuple[int, Port, Role]]:
+def roles_of(dag: Dag, element: Element, dual: Sequence[bool]) -> list[tuple[int, Port, Role]]:
+    """The position, the port and the role of each port of an element; none of a junction."""
     match element:
         case Source(follows=True):
             return [(0, element.port, Role.RESISTANCE)]

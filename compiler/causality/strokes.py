@@ -152,9 +152,8 @@ def _stroke(
         for sign in (1, -1):
             element = graph.elements[at[bond, sign]]
             if isinstance(element, kinds):
-                rule, reason = _element_reason(
-                    element.name, by_port[bond, sign], giving == sign, flow, effort
-                )
+                role = by_port[bond, sign].role
+                rule, reason = element_reason(element.name, role, giving == sign, flow, effort)
                 return Stroke(at_head, rule, reason)
     element = graph.elements[at[bond, giving]]
     match element:
@@ -169,10 +168,14 @@ def _stroke(
     return Stroke(at_head, Rule.IMPLIED, reason)
 
 
-def _element_reason(
-    name: str, port: ElementPort, gives_through: bool, flow: str, effort: str
+def element_reason(
+    name: str, role: Role, gives_through: bool, flow: str, effort: str
 ) -> tuple[Rule, str]:
-    match port.role:
+    """The rule and the reason of a stroke at an element.
+
+    It gives the through variable, called `flow`, or receives it; `effort` is the across variable.
+    """
+    match role:
         case Role.FLOW_SOURCE:
             return Rule.FIXED, f"`{name}` sets the {flow}"
         case Role.EFFORT_SOURCE:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import count
 
+from bgc.causality.procedure import Procedure, place_in_order
 from bgc.driver import Stages
-from bgc.ir.causal import CausalGraph, Role, Rule
+from bgc.ir.causal import CausalGraph, Role, Rule, Stroke
 from bgc.ir.graph import Bond, FlatGraph, Storage, ports_of
 from bgc.ir.program import Loop, Program, ProgramState
 from bgc.language.elements import ELEMENTS
@@ -20,23 +22,58 @@ def stroke_table(causal: CausalGraph) -> Table:
 
     Components of a wide bond with equal strokes and reasons share a row.
     """
-    graph = causal.graph
+    numbered = [(bond, stroke, "") for bond, stroke in enumerate(causal.strokes)]
+    rows = [row[1:] for row in _stroke_rows(causal.graph, numbered)]
+    return Table("strokes", ("bond", "rule", "reason"), tuple(rows))
+
+
+def procedure_table(found: CausalGraph | Procedure) -> Table:
+    """The strokes in the order of sequential assignment, with a number at each choice.
+
+    A contradiction stands below, with the bonds that it concerns, and then the bonds left open.
+    """
+    graph = found.graph
+    procedure = found if isinstance(found, Procedure) else place_in_order(graph, found.strokes)
+    placed = [
+        (item.bond, item.stroke, "choice" if item.choice else "") for item in procedure.placements
+    ]
+    rows: list[tuple[str, ...]] = []
+    choices = count(1)
+    for mark, *row in _stroke_rows(graph, placed):
+        rows.append((str(next(choices)) if mark else "", *row))
+    if procedure.contradiction:
+        at_fault = _stroke_rows(graph, [(bond, None, "") for bond in procedure.at_fault])
+        rows.append(
+            ("", _listed(row[1] for row in at_fault), "contradiction", procedure.contradiction)
+        )
+    reached = {*procedure.at_fault, *(item.bond for item in procedure.placements)}
+    left = [(bond.index, None, "") for bond in graph.bonds if bond.index not in reached]
+    rows += [("", ends, "open", "") for _, ends, _, _ in _stroke_rows(graph, left)]
+    return Table("assignment", ("choice", "bond", "rule", "reason"), tuple(rows))
+
+
+def _stroke_rows(
+    graph: FlatGraph, strokes: Iterable[tuple[int, Stroke | None, str]]
+) -> list[tuple[str, str, str, str]]:
+    """Mark, ends with the stroke, rule and reason of bonds, without a stroke for None.
+
+    Components of a wide bond that differ in nothing share a row, at the place of the first.
+    """
+    named = element_ends(graph)
     rows: dict[tuple[str, ...], list[int]] = {}
-    for bond, stroke, (tail, head) in zip(
-        graph.bonds, causal.strokes, element_ends(graph), strict=True
-    ):
-        arrow = "->|" if stroke.at_head else "|->"
+    for number, stroke, mark in strokes:
+        bond, (tail, head) = graph.bonds[number], named[number]
+        arrow = "->" if stroke is None else "->|" if stroke.at_head else "|->"
         ends = f"{_whole(tail, bond)} {arrow} {_whole(head, bond)}"
-        reason = stroke.reason
-        for name in (tail, head):
-            reason = reason.replace(f"`{name}`", f"`{_whole(name, bond)}`")
-        key = (bond.wide, ends, stroke.rule.value, reason)
+        reason = stroke.reason if stroke else ""
+        if bond.width > 1:
+            reason = reason.replace(f"[{bond.component}]`", "`")
+        key = (bond.wide, mark, ends, stroke.rule.value if stroke else "", reason)
         rows.setdefault(key, []).extend([bond.component] if bond.width > 1 else [])
-    return Table(
-        "strokes",
-        ("bond", "rule", "reason"),
-        tuple((ends + ranges(found), rule, why) for (_, ends, rule, why), found in rows.items()),
-    )
+    return [
+        (mark, ends + ranges(found), rule, why)
+        for (_, mark, ends, rule, why), found in rows.items()
+    ]
 
 
 def storage_table(causal: CausalGraph, program: Program) -> Table:

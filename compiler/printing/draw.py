@@ -1,9 +1,10 @@
 """Draw a bond graph: half arrows, causal strokes, names, and parts as boxes.
 
-Input: a causal graph. Output: the text of Graphviz's `dot` language, or a picture that `dot`
-renders from it. Dashed arrows are signals that modulate an element. A wide bond is a double line
-labelled with its width; if its components differ in causality, the number of strokes is given at
-each end.
+Input: a causal graph, or one whose strokes are placed up to a contradiction; the bonds at fault are
+red then, and bonds that are still open have no stroke. Output: the text of Graphviz's `dot`
+language, or a picture that `dot` renders from it. Dashed arrows are signals that modulate an
+element. A wide bond is a double line labelled with its width; if its components differ in
+causality, the number of strokes is given at each end.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from html import escape
 from typing import Literal
 
 from bgc.algebra.disjoint_sets import DisjointSets
+from bgc.causality.procedure import Procedure
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
@@ -55,7 +57,7 @@ def lay_out(text: str, kind: str) -> bytes:
     return done.stdout
 
 
-def to_dot(causal: CausalGraph, view: View | None = None, marked: bool = False) -> str:
+def to_dot(causal: CausalGraph | Procedure, view: View | None = None, marked: bool = False) -> str:
     """Print a causal graph in the language of Graphviz's `dot`; equal graphs give equal text.
 
     Each element is a node; the components of a wide element share one, and so do all elements of
@@ -75,7 +77,7 @@ def to_dot(causal: CausalGraph, view: View | None = None, marked: bool = False) 
     return "\n".join((*lines, "}", ""))
 
 
-def drawing(causal: CausalGraph, view: View) -> Drawing:
+def drawing(causal: CausalGraph | Procedure, view: View) -> Drawing:
     """Choose the nodes and edges of a drawing."""
     graph = causal.graph
     modulated = modulations(graph)
@@ -253,17 +255,22 @@ def _label(node: DrawnNode, name: str, varies: bool) -> str:
     return f"label=<<b>{'M' if varies else ''}{node.symbol}</b><br/>{grey}>"
 
 
-def _edge_line(edge: DrawnEdge, causal: CausalGraph, mark: int | Literal[False]) -> str:
-    at_head = sum(causal.strokes[bond].at_head for bond in edge.bonds)
-    at_tail = len(edge.bonds) - at_head
+def _edge_line(edge: DrawnEdge, causal: CausalGraph | Procedure, mark: int | Literal[False]) -> str:
+    strokes = [stroke for bond in edge.bonds if (stroke := causal.strokes[bond]) is not None]
+    at_fault = isinstance(causal, Procedure) and not {*edge.bonds}.isdisjoint(causal.at_fault)
+    colour = "#c62828" if at_fault else "black"
+    at_head = sum(stroke.at_head for stroke in strokes)
+    at_tail = len(strokes) - at_head
     facts = [] if mark is False else [f'id="{mark}"']
     facts += ["arrowhead=teelvee"] if at_head else []
     facts += ["arrowtail=tee"] if at_tail else []
     if len(edge.bonds) > 1:
-        facts += ['color="black:invis:black"', f'label="{len(edge.bonds)}"']
+        facts += [f'color="{colour}:invis:{colour}"', f'label="{len(edge.bonds)}"']
+    elif at_fault:
+        facts += [f'color="{colour}"']
     if at_head and at_tail:
         facts += [f'headlabel="{at_head}"', f'taillabel="{at_tail}"']
-    reasons = "\n".join(dict.fromkeys(causal.strokes[bond].reason for bond in edge.bonds))
+    reasons = "\n".join(dict.fromkeys(stroke.reason for stroke in strokes))
     facts.append(f'edgetooltip="{_quoted(reasons)}"')
     return f"  n{edge.tail} -> n{edge.head} [{', '.join(facts)}];"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import compile_scene
+from bgc.driver import strokes_of
 from bgc.editing.file_analysis import Analysis
 from bgc.grammar.syntax import Scene
 from bgc.options import Options
@@ -35,7 +35,8 @@ class Asked:
 class Preview:
     """A picture (SVG) of a scene, with the scenes and depths to choose from.
 
-    `message` says why there is no picture. `depth` is -1 where all elements are drawn.
+    `message` says why there is no picture, or no causality in it. `depth` is -1 where all elements
+    are drawn.
     """
 
     svg: str = ""
@@ -51,25 +52,30 @@ class Preview:
 
 
 def preview(path: Path, analysis: Analysis, asked: Asked) -> Preview:
-    """Draw a scene of an open file with its causal strokes; needs Graphviz."""
+    """Draw a scene of an open file with its causal strokes; needs Graphviz.
+
+    One without a causality is drawn up to the contradiction, with the message beside it.
+    """
     declared = analysis.document.file.declarations
     scenes = tuple(each.name for each in declared if isinstance(each, Scene))
     if not scenes:
         return Preview(message="the file has no scene")
     scene = asked.scene if asked.scene in scenes else scenes[0]
     try:
-        stages = compile_scene(path, Options(scene), package=analysis.package, until="causality")
-        causal = stages.causal
+        causal, refusal = strokes_of(path, Options(scene), analysis.package)
         depths = max((name.count(".") + 1 for name in part_paths(causal.graph)), default=0)
         depth = asked.depth
         if depth is None and depths and len(causal.graph.elements) > _MOST_ELEMENTS:
             depth = 1
         svg = lay_out(to_dot(causal, View(depth, ())), "svg").decode()
     except BgError as problem:
-        first = problem.diagnostics[0]
-        way_out = f" ({first.help})" if first.help else ""
-        return Preview(
-            scene=scene, scenes=scenes, message=f"{first.code}: {first.message}{way_out}"
-        )
+        return Preview(scene=scene, scenes=scenes, message=_message(problem))
     drawn = svg[svg.index("<svg") :]
-    return Preview(drawn, scene, scenes, -1 if depth is None else depth, depths)
+    message = _message(refusal) if refusal else ""
+    return Preview(drawn, scene, scenes, -1 if depth is None else depth, depths, message)
+
+
+def _message(problem: BgError) -> str:
+    first = problem.diagnostics[0]
+    way_out = f" ({first.help})" if first.help else ""
+    return f"{first.code}: {first.message}{way_out}"

@@ -1,0 +1,100 @@
+"""Sequential assignment of causality: the order of the strokes, and where they contradict."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from graphs import causal_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_graphs import random_graph
+
+from bgc.causality.procedure import place_in_order
+from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import strokes_of
+from bgc.ir.causal import Rule
+from bgc.ir.graph import Junction, Source, ports_of
+from bgc.options import Options
+from bgc.runtime.cli.app import application
+
+WRONG = Path(__file__).parent.parent / "wrong"
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_every_stroke_has_its_place_in_the_order(seed: int) -> None:
+    """Each bond once and with its own stroke; sources first, and nothing follows from nothing."""
+    graph = random_graph(seed, turning=0.3).build()
+    try:
+        causal = causal_of(graph)
+    except BgError:
+        return
+    found = place_in_order(graph, causal.strokes)
+    assert not found.contradiction
+    assert sorted(item.bond for item in found.placements) == list(range(len(graph.bonds)))
+    for bond, stroke in enumerate(found.strokes):
+        assert stroke is not None and stroke.at_head == causal.strokes[bond].at_head
+    choices = [item.stroke.rule for item in found.placements if item.choice]
+    order = {Rule.FIXED: 0, Rule.PREFERRED: 1}
+    assert choices == sorted(choices, key=lambda rule: order.get(rule, 2))
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_only_refused_graphs_have_a_contradiction(seed: int) -> None:
+    graph = random_graph(seed, sources=0.5, turning=0.3).build()
+    if place_in_order(graph).contradiction:
+        with pytest.raises(BgError):
+            causal_of(graph)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_strokes_before_a_contradiction_obey_the_junctions(seed: int) -> None:
+    graph = random_graph(seed, sources=0.6).build()
+    found = place_in_order(graph)
+    strokes = found.strokes
+    for element in graph.elements:
+        placed = [p for p in ports_of(element) if strokes[p.bond] is not None]
+        receives = [strokes[p.bond].at_head == (p.sign > 0) for p in placed]
+        match element:
+            case Source():
+                assert all(r == (element.kind == "Sf") for r in receives)
+            case Junction() if {p.bond for p in placed}.isdisjoint(found.at_fault):
+                assert receives.count(element.kind == "J0") <= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "contradiction", "at_fault"),
+    [
+        ("two_efforts_on_one_junction", "`b` sets the effort, but `node` has one effort, which "
+         "`a` brings", 2),
+        ("two_flows_on_one_junction", "`b` sets the flow, but `node` has one flow, which `a` "
+         "brings", 2),
+        ("gear_between_two_drives", "`brake` sets the flow, but `gear` passes on the flow", 2),
+    ],
+)  # fmt: skip
+def test_a_graph_without_causality_is_shown_up_to_its_contradiction(name, contradiction, at_fault):
+    found, refusal = strokes_of(WRONG / f"{name}.bg", Options())
+    assert refusal is not None and refusal.diagnostics[0].code == "BG501"
+    assert found.contradiction == contradiction and len(found.at_fault) == at_fault
+
+
+def test_the_commands_show_what_leads_to_a_contradiction(tmp_path):
+    source = WRONG / "two_efforts_on_one_junction.bg"
+    target = tmp_path / "drawn.dot"
+    for command in (["causality", str(source)], ["graph", str(source), "-o", str(target)]):
+        done = CliRunner().invoke(application, command)
+        assert done.exit_code == 1 and "BG501" in done.stderr
+        if command[0] == "causality":
+            assert "contradiction  `b` sets the effort, but `node` has one effort" in done.stdout
+    assert target.read_text().count("#c62828") == 2
+
+
+def test_steps_number_the_choices():
+    file = WRONG.parent / "models" / "dc_motor.bg"
+    done = CliRunner().invoke(application, ["causality", str(file), "--steps"])
+    rows = [line for line in done.stdout.splitlines()[2:] if line.split()[0].isdigit()]
+    assert [(row.split()[0], row.split()[4]) for row in rows] == [
+        ("1", "fixed"), ("2", "preferred"), ("3", "preferred"),
+    ]  # fmt: skip
