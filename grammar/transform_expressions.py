@@ -15,6 +15,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.mistaken_values import power_of_unit
 from bgc.grammar.tokens import ParseTree, end_of, span_of, start_of
+from bgc.record_class import replace
 
 MAX_DEPTH = 200
 """The deepest nesting of an expression; `a + b + c` is two deep, as `(a + b) + c`."""
@@ -137,11 +138,32 @@ class ExpressionTransform:
         return made
 
     def _vector(self, tree: ParseTree, depth: int) -> syntax.Vector:
+        *elements, _, unit = tree.children[1:]
         span = self.span(tree)
-        elements = [child for child in tree.children[1:-1] if child is not None]
-        if not elements:
+        made = tuple(self.expression(e, depth + 1) for e in elements if e is not None)
+        if not made:
             self.report(wrong.empty_vector(span))
-        return syntax.Vector(tuple(self.expression(e, depth + 1) for e in elements), span)
+        vector = syntax.Vector(made, span)
+        return vector if unit is None else self._with_unit(vector, unit)
+
+    def _with_unit(self, vector: syntax.Vector, unit: Token) -> syntax.Vector:
+        """Give the numbers of a vector its unit: `[1, -2] m` is `[1 m, -2 m]`."""
+        elements: list[syntax.Expr] = []
+        for element in vector.elements:
+            number = element.operand if isinstance(element, syntax.Unary) else element
+            match element:
+                case syntax.Vector():
+                    elements.append(self._with_unit(element, unit))
+                case _ if isinstance(number, syntax.Number) and number.unit is None:
+                    named = replace(number, unit=str(unit))
+                    signed = isinstance(element, syntax.Unary)
+                    elements.append(replace(element, operand=named) if signed else named)
+                case _:
+                    message = "a unit behind a vector goes with numbers that have none"
+                    help = f"write the unit behind each number, or multiply by `1 {unit}`"
+                    self.report(wrong.misspelt_number(element.span, message, help))
+                    elements.append(element)
+        return replace(vector, elements=tuple(elements))
 
     # --- `.name`, `[index]` and `(arguments)` -------------------------------------------------
 

@@ -8,7 +8,7 @@ from bgc.diagnostics.render import render
 from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse
-from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, Unary
+from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, Unary, Vector
 
 EVERYTHING = model_text("everything")
 
@@ -44,6 +44,8 @@ def show(expr: syntax.Expr | Range) -> str:
             return f"{show(base)}[{','.join(show(index) for index in indices)}]"
         case Range(first, last):
             return f"{show(first)}..{show(last)}"
+        case Vector(elements):
+            return f"[{','.join(show(element) for element in elements)}]"
         case Call(function, arguments):
             return f"{function}({','.join(show(argument) for argument in arguments)})"
     raise AssertionError(expr)

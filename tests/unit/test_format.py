@@ -189,6 +189,7 @@ def test_long_block_leaves_its_line() -> None:
         "3 m * l", "3 m ^ 2", "3 m / 2", "(3 m)^2", "2*3 m", "a- -b", "- - b", "a*-b", "x[1.. .5]",
         "10 / s", "a /* b */ / c", "3 m /* c */ *2", "a // c\n + b", "[1,\n 2\n]", "f(a = [1,\n2])",
         "if a then - b else not c", "a<-b", "block([\n[a], [b]\n])", "f(\n// c\n)",
+        "[1, 2]m", "[1, 2]  m/s*k", "[[1], [2]] // c\n kN - x", "[1, 2] m / 2 m",
     ],
 )  # fmt: skip
 def test_value_keeps_its_meaning(value: str) -> None:

