@@ -65,7 +65,7 @@ _LOOPS = frozenset(
         "vectors",
     )
 )
-_SCALAR = frozenset(("attempt", "global_error", "linear", "watch"))
+_SCALAR = frozenset(("attempt", "collocation", "global_error", "linear", "watch"))
 # Optional parts that every step of a model with them calls.
 _IN_STEPS = frozenset(("closures", "consistent", "events", "sampled", "timed"))
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
