@@ -1,5 +1,7 @@
 /* Runs a self-contained model with every method (fixed ones in so many steps), saves it and goes on,
  * and frees it. Prints the bits of all rows, with their errors: equal from run to run. */
+#include "bgc.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 
