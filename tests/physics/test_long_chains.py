@@ -21,6 +21,7 @@ from chains import (
 )
 from mounted_arms import NOTHING_ALIGNED, mounted_arm
 from numpy.typing import NDArray
+from own_caches import with_runtime
 
 import bgc
 from bgc.algebra.dag import Kind, Symbol
@@ -155,7 +156,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bgc.Model]:
     forms = {"speeds": nullcontext(), "kept": kept_vertices(), "explicit": solved_in_f()}
     for name, form in forms.items():
         with pytest.MonkeyPatch.context() as patch, form:  # the keys of the cache hold the source
-            patch.setenv("BGC_CACHE_DIR", str(folder / name))
+            patch.setenv("BGC_CACHE_DIR", str(with_runtime(folder / name)))
             found[name] = bgc.compile(path)
     sizes = {name: model.library.model.n_lu for name, model in found.items()}
     assert len(set(sizes.values())) == 3

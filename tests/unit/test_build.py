@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from own_caches import with_runtime
 
 from bgc.building.build import (
     EVERY_PART,
@@ -41,7 +42,7 @@ def toolchain() -> Toolchain:
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory, toolchain) -> Path:
     """A cache that holds the compiled runtime, so that the tests compile little."""
-    root = tmp_path_factory.mktemp("filled")
+    root = with_runtime(tmp_path_factory.mktemp("filled"))
     build_shared_object(UNITS, toolchain, Cache(root))
     return root
 
@@ -126,7 +127,7 @@ def test_two_builds_at_once_make_one_whole_library(tmp_path, toolchain):
     def build_it(_: int) -> Path:
         return build_shared_object(UNITS, toolchain, Cache(tmp_path / "cache"))
 
-    (tmp_path / "cache").mkdir()
+    with_runtime(tmp_path / "cache")
     with ThreadPoolExecutor(2) as pool:
         first, second = pool.map(build_it, range(2))
     assert first == second

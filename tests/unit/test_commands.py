@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from model_files import model_text
+from own_caches import with_runtime
 
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
@@ -24,7 +25,7 @@ TRACED = model_text("commands_traced")
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("cache")
+    return with_runtime(tmp_path_factory.mktemp("cache"))
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ import click
 import pytest
 from click.testing import CliRunner
 from manual import FOLDER, INDEX, ROOT, chapter_files, whole_manual
+from own_caches import with_runtime
 
 import bgc
 from bgc.building.backends import BACKENDS
@@ -89,6 +90,7 @@ def of(*languages: str) -> list[Block]:
 def folder(tmp_path_factory) -> Path:
     """A folder with the files that the manual names."""
     made = tmp_path_factory.mktemp("manual")
+    with_runtime(made / "cache")
     for block in ALL:
         if block.name:
             (made / block.name).write_text(block.text)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from own_caches import with_runtime
 
 import bgc
 from bgc.runtime.cli.app import application
@@ -17,7 +18,7 @@ def run(*arguments: object) -> Result:
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("cache")
+    return with_runtime(tmp_path_factory.mktemp("cache"))
 
 
 @pytest.fixture

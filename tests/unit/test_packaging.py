@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from manual import chapter_files
+from own_caches import with_runtime
 from page_bundle import backend
 
 ROOT = Path(__file__).parents[2]
@@ -142,7 +143,7 @@ def test_the_way_from_text_to_c_imports_neither_sympy_nor_jinja2(way, tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", program],
         cwd=tmp_path,
-        env={**os.environ, "BGC_CACHE_DIR": str(tmp_path / "cache")},
+        env={**os.environ, "BGC_CACHE_DIR": str(with_runtime(tmp_path / "cache"))},
         capture_output=True,
         text=True,
         check=False,

@@ -6,6 +6,7 @@ import asyncio
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -360,17 +361,26 @@ def test_signals_are_answered_while_c_waits_for_a_file(number):
 # --- the cache ------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def cached(tmp_path, monkeypatch) -> Path:
-    """The folder of a cache that a run has filled, inside one that did not exist before."""
-    root = tmp_path / "new" / "cache"
-    monkeypatch.setenv("BGC_CACHE_DIR", str(root))
-    (tmp_path / "m.bg").write_text(_SMALL)
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory) -> Path:
+    """A model, and the cache that its run has filled inside a folder that did not exist before."""
+    folder = tmp_path_factory.mktemp("filled")
+    (folder / "m.bg").write_text(_SMALL)
     before = os.umask(0)
     try:
-        assert run_bgc("run", tmp_path / "m.bg", "--quiet")[0] == 0
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("BGC_CACHE_DIR", str(folder / "new" / "cache"))
+            assert run_bgc("run", folder / "m.bg", "--quiet")[0] == 0
     finally:
         os.umask(before)
+    return folder
+
+
+@pytest.fixture
+def cached(filled, tmp_path, monkeypatch) -> Path:
+    """A copy of the filled cache and of the folder around it, with their rights."""
+    root = shutil.copytree(filled / "new", tmp_path / "new") / "cache"
+    monkeypatch.setenv("BGC_CACHE_DIR", str(root))
     return root
 
 
@@ -390,7 +400,7 @@ def test_the_cache_is_made_for_the_user_alone(cached):
     "is compiled in a temporary directory."
 )
 @pytest.mark.parametrize("kind", ["group", "all", "parent", "foreign"])
-def test_a_cache_of_others_is_not_used(cached, tmp_path, monkeypatch, kind):
+def test_a_cache_of_others_is_not_used(cached, filled, monkeypatch, kind):
     if kind == "foreign":
         monkeypatch.setattr("os.geteuid", lambda: cached.stat().st_uid + 1)
     elif kind == "parent":
@@ -402,14 +412,14 @@ def test_a_cache_of_others_is_not_used(cached, tmp_path, monkeypatch, kind):
             planted.unlink()  # this process has the shared object loaded
             planted.write_bytes(b"planted")
     before = {path: path.stat().st_mtime_ns for path in cached.rglob("*")}
-    status, output = run_bgc("run", tmp_path / "m.bg")
+    status, output = run_bgc("run", filled / "m.bg")
     assert (status, "warning[BG049]" in output) == (0, True), output
     assert {path: path.stat().st_mtime_ns for path in cached.rglob("*")} == before
 
 
-def test_a_sticky_directory_is_a_good_place_for_a_cache(cached, tmp_path):
+def test_a_sticky_directory_is_a_good_place_for_a_cache(cached, filled):
     cached.parent.chmod(0o1777)
-    assert "BG049" not in run_bgc("run", tmp_path / "m.bg")[1]
+    assert "BG049" not in run_bgc("run", filled / "m.bg")[1]
 
 
 @promise(
@@ -434,11 +444,11 @@ def test_what_the_cache_holds(cached):
 @promise("A damaged file of the cache counts as absent.")
 @pytest.mark.parametrize("suffix", [".so", ".o", ".json", ".sum"])
 @pytest.mark.parametrize("content", [b"", b"\0" * 2000])
-def test_damaged_files_of_the_cache_are_made_anew(cached, tmp_path, suffix, content):
+def test_damaged_files_of_the_cache_are_made_anew(cached, filled, suffix, content):
     for path in cached.rglob(f"*{suffix}"):
         path.unlink()  # this process has the shared object loaded
         path.write_bytes(content)
-    assert run_bgc("run", tmp_path / "m.bg", "--quiet") == (0, "")
+    assert run_bgc("run", filled / "m.bg", "--quiet") == (0, "")
 
 
 @pytest.mark.slow
