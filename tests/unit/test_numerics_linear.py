@@ -198,7 +198,7 @@ def emitted(guarded: bool, folder: Path) -> Library:
     units = compile_scene(CORPUS / "pivots.bg", Options(), until="emit").emitted
     text, target = folder / f"model_{guarded}.c", folder / f"model_{guarded}.so"
     text.write_text(amalgamate(units, runtime))
-    run_compiler("-shared", text, "-o", target, "-lm")
+    run_compiler("-O0", "-shared", text, "-o", target, "-lm")
     return Library(target)
 
 

@@ -423,7 +423,7 @@ def test_runtime_and_model_compile_as_one_unit(
     model = Path(__file__).parent / "cmodels" / "oscillator.c"
     includes = [f'#include "{source}"' for source in (*runtime_sources(runtime_c).values(), model)]
     unit.write_text("\n".join(includes) + "\n")
-    compile_c(f"-I{runtime_c}", "-c", unit, "-o", tmp_path / "all.o", warnings=True)
+    compile_c("-O0", f"-I{runtime_c}", "-c", unit, "-o", tmp_path / "all.o", warnings=True)
 
 
 @pytest.mark.skipif(which("nm") is None, reason="needs nm")

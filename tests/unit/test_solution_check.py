@@ -59,7 +59,7 @@ def boom(tmp_path_factory: pytest.TempPathFactory, request: Any) -> Instance:
         units = replace(units, lowered=replace(lowered, blocks=blocks))
     source, target = folder / "boom.c", folder / "boom.so"
     source.write_text(amalgamate(units, runtime))
-    run_compiler("-shared", source, "-o", target, "-lm")
+    run_compiler("-O0", "-shared", source, "-o", target, "-lm")
     instance = Instance(Library(target))
     instance.reset()
     return instance
