@@ -5,6 +5,7 @@ Imports are read from the source, those inside functions and for type checking i
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -106,7 +107,9 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
                         yield alias.name, node.lineno
 
 
-IMPORTS = {name: tuple(imports(path)) for name, path in MODULES.items()}
+@cache
+def all_imports() -> dict[str, tuple[tuple[str, int], ...]]:
+    return {name: tuple(imports(path)) for name, path in MODULES.items()}
 
 
 def level(module: str) -> int:
@@ -118,7 +121,7 @@ def level(module: str) -> int:
 def test_every_module_imports_only_what_stands_before_it():
     wrong = [
         f"{name}:{line} imports {imported}"
-        for name, found in IMPORTS.items()
+        for name, found in all_imports().items()
         for imported, line in found
         if level(imported) > level(name)
     ]
@@ -127,7 +130,7 @@ def test_every_module_imports_only_what_stands_before_it():
 
 def test_no_imports_run_in_a_circle():
     """Remove modules that import nothing that is left; what stays imports in a circle."""
-    left = {name: {m for m, _ in found if m != name} for name, found in IMPORTS.items()}
+    left = {name: {m for m, _ in found if m != name} for name, found in all_imports().items()}
     while leaves := {name for name, found in left.items() if not found & left.keys()}:
         left = {name: found for name, found in left.items() if name not in leaves}
     assert not left
