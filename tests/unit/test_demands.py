@@ -12,7 +12,7 @@ from bgc.elaboration.elaborate import elaborate
 from bgc.ir.graph import FlatGraph
 from bgc.resolution.resolve import load_text
 
-LENGTH = 5000  # three times as deep as Python's stack, at one frame each
+LENGTH = 2000  # twice as deep as Python's stack, at one frame each
 BONDS = "s : Se(e = a0); r : R(1); s -> r;"
 WIDE = "w : Se(e = [1, 2]); n : J1; r : R(1); c : C(1); w -> n -> c, r;"
 PART = "model Part[n] { let size = n + 1; s : Se(e = n); r : R(1); s -> r; }"
