@@ -26,14 +26,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--bless", action="store_true", help="rewrite the golden files")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Let pytest-xdist take the files in the order of the tests, not by how many they hold."""
+    config.option.loadscopereorder = False
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the physics as slow, and as golden all that compares with blessed files."""
+    """Mark the physics as slow, and as golden all that compares with blessed files.
+
+    Files with slow tests come first, so that no worker is left with a long one at the end.
+    """
     for item in items:
         if PHYSICS in item.path.parents:
             item.add_marker(pytest.mark.slow)
         if "bless" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.golden)
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
 
 
 @pytest.fixture
