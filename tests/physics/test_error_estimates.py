@@ -14,6 +14,8 @@ import bgc.library
 from bgc.runtime.cli.app import application
 from bgc.runtime.results.summary import extremes
 
+pytestmark = pytest.mark.errors
+
 MODELS = Path(__file__).parents[1] / "models"
 LIBRARY = Path(bgc.library.__path__[0])
 REFERENCES = json.loads((MODELS / "ivp" / "references.json").read_text())
