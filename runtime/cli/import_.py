@@ -1,6 +1,8 @@
-"""Write and check 3: write a robot (URDF, MJCF) or another tool's model as a .bg file."""
+"""Write and check 3: write a robot, a hull or another tool's model as a .bg file."""
 
 from pathlib import Path
+
+import click
 
 from bgc.diagnostics.catalogue.reference import file_exists
 from bgc.runtime.cli.command import Target, command, option, require
@@ -11,7 +13,10 @@ from bgc.runtime.cli.printing import (
     print_written,
     write_file,
 )
+from bgc.runtime.importing.hydrodynamics.account import Given
 from bgc.runtime.importing.importing import Choices, import_text
+
+POSITIVE = click.FloatRange(0, min_open=True)
 
 
 @command(name="import")
@@ -26,29 +31,46 @@ def import_(
     ),
     no_limits: bool = option("Leave out the end stops of joints."),
     floating: bool = option("In the example scene, let the robot's base float."),
+    density: float | None = option(
+        "Density of the water, kg/m^3, where files of a hull lack it.", type=POSITIVE
+    ),
+    length_scale: float | None = option(
+        "Length that files of WAMIT are scaled by, m, where they lack it.", type=POSITIVE
+    ),
 ) -> None:
     """Write FILE, a model of another tool, as a .bg file.
 
-    FILE is a robot in URDF (.urdf) or MJCF (.xml, with the package mujoco), or a bond graph that
-    BondGraphTools saved (.yaml, .bg).
+    FILE is a robot in URDF (.urdf) or MJCF (.xml, with the package mujoco), a bond graph that
+    BondGraphTools saved (.yaml, .bg), or hydrodynamic data of a hull (.nc of Capytaine), which
+    become a ship with a data file (.json) beside it.
 
     \b
     bgc import ur5.urdf                    writes ur5.bg
     bgc import panda.urdf -o arm/panda.bg
     bgc import arm.urdf --package arm_description=../arm
     bgc import ant.xml -o - | less
+    bgc import hull.nc                     writes hull.bg and hull.json
     """
     goal = Path(out or f"{file.stem}.bg")
     is_free = out == "-" or force or not goal.exists()
     require(is_free, file_exists(str(goal), "--force"))
-    choices = Choices(dict(map(_folder, packages)), not no_limits, floating)
+    data = goal.with_suffix(".json")
+    given = Given(density, length_scale)
+    choices = Choices(dict(map(_folder, packages)), not no_limits, floating, data.name, given)
     imported = import_text(file, Path() if out == "-" else goal.parent, choices)
+    if imported.data:
+        require(out != "-", "a ship needs its data file beside it: name the `.bg` file with -o")
+        require(force or not data.exists(), file_exists(str(data), "--force"))
     print_diagnostics(imported.warnings)
+    if imported.report:
+        print_text("\n".join(imported.report))
     if out == "-":
         print_text(imported.text)
-    else:
-        write_file(goal, imported.text)
-        print_written(str(goal))
+        return
+    write_file(goal, imported.text)
+    if imported.data:
+        write_file(data, imported.data)
+    print_written(str(goal), str(data) if imported.data else None)
 
 
 def _folder(text: str) -> tuple[str, Path]:

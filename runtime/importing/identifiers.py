@@ -16,17 +16,20 @@ _TAKEN = frozenset(
     "mimicked smooth_rate stack eye transpose".split()
 )
 
-_IMPORTED = ("mechanics.", "arms.link")  # modules that a written file may import
+_IMPORTED = ("mechanics.", "arms.link")  # modules that the file of a robot may import
 
 
 class Names:
-    """Gives each thing of a model a name of its own, as near to its own name as can be."""
+    """Gives each thing of a model a name of its own, as near to its own name as can be.
 
-    def __init__(self) -> None:
+    `imported` are the modules, or their first letters, whose names the written file may see.
+    """
+
+    def __init__(self, imported: tuple[str, ...] = _IMPORTED) -> None:
         self._values: set[str] = set(_TAKEN)
         self._types: set[str] = {
             *ELEMENTS,
-            *(d.name for d in declarations() if d.module.startswith(_IMPORTED)),
+            *(d.name for d in declarations() if d.module.startswith(imported)),
         }
 
     def value(self, text: str, other: str = "part") -> str:

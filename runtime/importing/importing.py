@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from bgc.diagnostics.catalogue.files import is_directory
+from bgc.diagnostics.catalogue.files import file_missing, is_directory
 from bgc.diagnostics.catalogue.imported import not_importable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.source_files import read_source
 from bgc.record_class import dataclass, field
 from bgc.runtime.importing.bond_graph_tools import read_bond_graph_tools
+from bgc.runtime.importing.hydrodynamics.account import Given
+from bgc.runtime.importing.hydrodynamics.hulls import READERS, import_hull
 from bgc.runtime.importing.mjcf import read_mjcf
 from bgc.runtime.importing.notes import Notes
 from bgc.runtime.importing.urdf import read_urdf
@@ -23,19 +25,31 @@ COMPILED = {".fmu": "an FMU", ".ssp": "a system of FMUs"}
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A text in canonical form, and the warnings."""
+    """A text in canonical form, and the warnings.
+
+    `data` is the text of the data file that the model reads, `report` the account of an import of
+    data; both are empty for other files.
+    """
 
     text: str
     warnings: tuple[Diagnostic, ...]
+    data: str = ""
+    report: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """Options of an import: folders of packages, end stops, and a base that floats."""
+    """Options of an import.
+
+    Of robots: folders of packages, end stops, and a base that floats. Of hulls: the name of the
+    data file, and values that the data lack.
+    """
 
     packages: Mapping[str, Path] = field(default_factory=dict)
     limits: bool = True
     floating: bool = False
+    data_file: str = "hull.json"
+    given: Given = field(default_factory=Given)
 
 
 def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
@@ -56,12 +70,17 @@ def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
         what = f"{path} is {COMPILED[kind]}: it hides the equations that a model needs"
         help = "run it beside a model in a system of FMUs: `bgc build FILE.bg --target ssp`"
         raise BgError([not_importable(what, help=help)])
-    if kind not in ROBOTS + GRAPHS:
+    known = ", ".join((*ROBOTS, *GRAPHS, *READERS))
+    if kind not in (*ROBOTS, *GRAPHS, *READERS):
         what = f"{path} is of an unknown kind"
-        help = f"name a file in {', '.join(ROBOTS + GRAPHS)}"
-        raise BgError([not_importable(what, help=help)])
+        raise BgError([not_importable(what, help=f"name a file in {known}")])
     if path.is_dir():
-        raise BgError([is_directory(str(path), f"a file in {', '.join(ROBOTS + GRAPHS)}")])
+        raise BgError([is_directory(str(path), f"a file in {known}")])
+    if kind in READERS:
+        if not path.exists():
+            raise BgError([file_missing(str(path))])
+        hull = import_hull(path, choices.given, choices.data_file)
+        return Imported(hull.text, hull.warnings, hull.data, hull.report)
     source = read_source(path)
     if kind in GRAPHS:
         return Imported(read_bond_graph_tools(source), ())

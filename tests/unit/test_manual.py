@@ -7,7 +7,7 @@ Conventions of the fenced blocks, by the words of their info string (a viewer re
 - `bg NAME.bg`: the same, and saved under that name for commands and imports.
 - `bg model`: statements of a model, checked within `model Fragment { .. }`.
 - `bg .. error BG123`, `bg .. warning BG123`: gives that diagnostic, and no other.
-- `csv NAME.csv`: a data file, saved under that name.
+- `csv NAME.csv`, `text NAME.1`: a data file, saved under that name.
 - `console`: lines `$ bgc ..`, each followed by what it prints. Numbers are compared to the digits
   shown; a line `...` stands for any lines, a run of blanks for any other.
 - `python`: runs.
@@ -61,7 +61,8 @@ class Block:
     @property
     def name(self) -> str:
         """The name under which it is saved, or an empty text."""
-        return next((w for w in self.words if w.endswith((".bg", ".csv"))), "")
+        saved = (".bg", ".csv", ".1", ".3", ".hst", ".gdf")
+        return next((w for w in self.words if w.endswith(saved)), "")
 
     @property
     def code(self) -> str:

@@ -1,0 +1,1 @@
+"""Import of hydrodynamic data: readers of programs' files, checks, and the ship that is written."""
