@@ -48,6 +48,10 @@ enum {
     BGC_DEVICE_LOST = -1
 };
 
+static inline int bgc_is_fault(int answer) {
+    return answer < BGC_DEVICE_FINE || answer > BGC_DEVICE_NO_NEWS;
+}
+
 typedef struct {
     double position[3], orientation[4], velocity[3], angular_velocity[3], gripper[1], buttons[8];
     double stamp; /* s, on the device's clock: when this was measured; 0: not known */

@@ -23,7 +23,7 @@
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
  *         bgc_find_event                 the first change of a mode within the step (events.c,
  *                                        event_location.c, switch_margins.c)
- *         bgc_check_asserts              (evaluate.c)
+ *         bgc_check_asserts              (instance.h)
  *         bgc_check_divisors             (divisors.c)
  *         bgc_follow_subtolerance        states below their tolerance (subtolerance.c)
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
@@ -158,7 +158,6 @@ void bgc_reset_corrections(const bgc_model *m, bgc_data *d);
 void bgc_report_correction(const bgc_model *m, bgc_data *d);
 int bgc_first_bad(int n, const double *v);
 int bgc_coupled_rate(const bgc_model *m, const bgc_data *d);
-bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
 
 /* --- divisors.c */
 void bgc_reset_divisors(const bgc_model *m, bgc_data *d);

@@ -1,5 +1,5 @@
-/* checks.c: checks of one instance: finite numbers, states that explicit methods can integrate,
- * assertions, and fixed steps that were far too long. */
+/* checks.c: checks of one instance: finite numbers, states that explicit methods can integrate, and
+ * fixed steps that were far too long. */
 #include "bgc_internal.h"
 
 #include <math.h>
@@ -42,21 +42,6 @@ int bgc_coupled_rate(const bgc_model *m, const bgc_data *d) {
         }
     }
     return -1;
-}
-
-/* BGC_ASSERTION where an assertion fails at (t, x) or is undefined: core.failed_assertion. */
-bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x) {
-    if (m->n_assert == 0) {
-        return BGC_OK;
-    }
-    m->asserts(d->h, t, x, d->u, d->check, d->work);
-    for (int k = 0; k < m->n_assert; k++) {
-        if (!(fabs(d->check[k]) > 0.0)) {
-            d->core.failed_assertion = k;
-            return BGC_ASSERTION;
-        }
-    }
-    return BGC_OK;
 }
 
 /* At the start of a run: no corrections yet (corrections.c). */

@@ -98,12 +98,6 @@ static bgc_status fail_device(const bgc_model *m, bgc_data *d, int k) {
     return BGC_DEVICE;
 }
 
-/* Whether a driver's answer is a fault. */
-static int is_fault(int answer) {
-    return answer != BGC_DEVICE_FINE && answer != BGC_DEVICE_SATURATED &&
-           answer != BGC_DEVICE_NO_NEWS;
-}
-
 int bgc_failed_device(const bgc_data *d) { return d->failed_device; }
 
 const char *bgc_device_reason(const bgc_data *d) { return d->device_reason; }
@@ -119,7 +113,7 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
         }
         device->pose = resting_pose;
         memcpy(device->pose.held_force, device->given.force, sizeof device->given.force);
-        if (is_fault(device->driver->read(device->handle, d->core.t, &device->pose))) {
+        if (bgc_is_fault(device->driver->read(device->handle, d->core.t, &device->pose))) {
             return fail_device(m, d, k);
         }
     }
@@ -172,7 +166,7 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
             }
         }
         device->given = effort;
-        if (is_fault(device->driver->write(device->handle, d->core.t, &effort))) {
+        if (bgc_is_fault(device->driver->write(device->handle, d->core.t, &effort))) {
             return fail_device(m, d, k);
         }
     }

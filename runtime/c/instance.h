@@ -11,6 +11,7 @@
 #include "bgc.h"
 #include "methods.h"
 
+#include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
@@ -269,6 +270,22 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
 
     return atol + d->core.rtol * size;
+}
+
+/* BGC_ASSERTION where an assertion fails at (t, x) or is undefined: core.failed_assertion. */
+static inline bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t,
+                                           const double *x) {
+    if (m->n_assert == 0) {
+        return BGC_OK;
+    }
+    m->asserts(d->h, t, x, d->u, d->check, d->work);
+    for (int k = 0; k < m->n_assert; k++) {
+        if (!(fabs(d->check[k]) > 0.0)) {
+            d->core.failed_assertion = k;
+            return BGC_ASSERTION;
+        }
+    }
+    return BGC_OK;
 }
 
 #endif

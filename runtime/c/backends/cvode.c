@@ -164,21 +164,6 @@ static bgc_status status_of(int flag) {
     }
 }
 
-/* BGC_ASSERTION where an assertion fails: bgc_check_asserts, which this object does not contain. */
-static bgc_status asserted(const bgc_model *m, bgc_data *d, double t, const double *x) {
-    if (m->n_assert == 0) {
-        return BGC_OK;
-    }
-    m->asserts(d->h, t, x, d->u, d->check, d->work);
-    for (int k = 0; k < m->n_assert; k++) {
-        if (!(fabs(d->check[k]) > 0.0)) {
-            d->core.failed_assertion = k;
-            return BGC_ASSERTION;
-        }
-    }
-    return BGC_OK;
-}
-
 /* Writes a row from the state y at t, normalised, and its accounts. */
 static void write_row(const problem *q, double t, const double *y, double *row) {
     const bgc_model *m = q->m;
@@ -274,7 +259,7 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
         restart = flag == CV_ROOT_RETURN;
         d->core.counts.events += restart;
         if (status == BGC_OK) {
-            status = asserted(q->m, d, d->core.t, N_VGetArrayPointer(y));
+            status = bgc_check_asserts(q->m, d, d->core.t, N_VGetArrayPointer(y));
         }
     }
     N_VDestroy(inside);
@@ -296,7 +281,7 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
     for (int k = 0; k < m->n_switch; k++) {
         d->u[m->n_input + k] = NAN; /* operations are evaluated, not held */
     }
-    status = asserted(m, d, d->core.t, d->x);
+    status = bgc_check_asserts(m, d, d->core.t, d->x);
     if (status != BGC_OK || (status = lay_out(&q)) != BGC_OK) {
         return status;
     }

@@ -57,11 +57,6 @@ static const char *reason_of(const bgc_port *port) {
     return port->driver->last_error != NULL ? port->driver->last_error(port->handle) : NULL;
 }
 
-static int is_answer(int answer) {
-    return answer == BGC_DEVICE_FINE || answer == BGC_DEVICE_SATURATED ||
-           answer == BGC_DEVICE_NO_NEWS;
-}
-
 /* Whether all numbers of a pose are finite; its quaternion becomes a unit one, of the two the one nearer to
  * that before. */
 static int make_valid(bgc_pose *pose, const bgc_pose *before) {
@@ -131,7 +126,7 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
     memcpy(found.held_force, port->given.force, sizeof port->given.force);
     answer = port->driver->read(port->handle, t, &found);
     now = bgc_servo_now(s);
-    if (!is_answer(answer)) {
+    if (bgc_is_fault(answer)) {
         bgc_servo_note(s, BGC_SERVO_LOST, slot->port, reason_of(port));
         return BGC_DEVICE_LOST;
     }
@@ -215,7 +210,7 @@ static int slot_write(void *handle, double t, const bgc_effort *effort) {
     answer = port->driver->write(port->handle, port->time, &e);
     port->given = e;
     bgc_servo_add(&s->saturated, answer == BGC_DEVICE_SATURATED);
-    if (!is_answer(answer)) {
+    if (bgc_is_fault(answer)) {
         bgc_servo_note(s, BGC_SERVO_LOST, slot->port, reason_of(port));
         return BGC_DEVICE_LOST;
     }
