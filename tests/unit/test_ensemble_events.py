@@ -17,8 +17,8 @@ pytestmark = pytest.mark.slow
 SCENES = Path(__file__).parents[2] / "library" / "scenes"
 
 # A ball that bounces on a spring and is pushed, from a time of its own on and at intervals; a stair
-# of every kind of switch, with a root that only its `if` guards; a law that nothing guards; and one
-# that comes to rest where it switches.
+# of every kind of switch, with a root that only its `if` guards; a law that nothing guards; and two
+# laws that switch and return within a step.
 FILE = model_file("ensemble_events_switching")
 
 BALL = {
@@ -75,6 +75,20 @@ def test_energy_accounts_go_on_through_events():
     together, alone = both(model, at_random(BALL, 6), solver="ros34prw", step=1e-3)
     assert together.together == 6
     assert distance(together.values, alone.values) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "options", [{"solver": "dopri5", "rtol": 1e-7}, {"solver": "rk4", "step": 0.02}]
+)
+def test_a_law_that_switches_and_returns_within_a_step_is_seen(options):
+    """x = sin(t) is above its level around three maxima, and twelve pulses begin in 20 s."""
+    gap, width = np.geomspace(1e-6, 1e-2, 9), np.geomspace(1e-6, 1e-2, 9)
+    model = bgc.compile(FILE, scene="short")
+    found = model.simulate_many({"level": 1 - gap, "width": width}, **options)
+    assert found.together == 9
+    above = found["above"][:, -1] / (6 * np.arccos(1 - gap))
+    assert np.abs((above - 1) * gap).max() < 2e-7  # as an amplitude that is so much off
+    assert np.allclose(found["pulsed"][:, -1], 12 * width, rtol=1e-8)
 
 
 def test_an_argument_that_becomes_undefined_ends_its_instance_alone():
