@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
 from bgc.ir.evaluation import evaluated_always
 from bgc.ir.fields import map_nodes, nodes_of
@@ -28,6 +28,7 @@ from bgc.ir.unused import without_settled_jumps, without_unused_divisors
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
     int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
 )
+_EITHER = frozenset((Kind.STATE, Kind.START))  # a function of the C code is given one of these
 _ARITHMETIC = frozenset((_ADD, _SUB, _MUL, _DIV, _NEG))  # exact on fingerprints
 _FUNCTIONS = frozenset(int(op) for op in Op if op.row.curve is not None)  # may equal arithmetic
 
@@ -74,6 +75,7 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
     values, after = Fingerprints(dag).values(), Fingerprints(simple)
     first: dict[int, Node] = {}  # fingerprint -> node
     new: dict[Node, Node] = {}
+    read: list[int] = []  # of the nodes of `simple`: see `_kinds_read`
     folded: set[Node] = set()  # nodes whose fingerprint in `dag` is outdated by constant folding
     op, a, b = dag.op, dag.a, dag.b
     for node in dag.reachable(roots):
@@ -90,7 +92,8 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
         if (is_function or folded) and _is_folded(dag, simple, node, new, folded):
             folded.add(node)
             values[node] = after.value(made)
-        new[node] = _representative(simple, first, values[node], made)
+        _kinds_read(simple, read)
+        new[node] = _representative(simple, first, read, values[node], made)
     for node in sorted((dag.places.keys() | dag.owners.keys()) & new.keys()):
         simple.mark_as(new[node], dag, node)
     now = after.values()
@@ -119,11 +122,24 @@ def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
     return simple.adopt(dag, node, operands)
 
 
-def _representative(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:
+def _kinds_read(dag: Dag, known: list[int]) -> None:
+    """Add for each new node whether it reads states, and what the start solves for, as bits."""
+    for node in range(len(known), len(dag.op)):
+        symbol = dag.symbol_of(node)
+        bits = 0 if symbol is None or symbol.kind not in _EITHER else 1 << symbol.kind
+        for operand in dag.operands(node):
+            bits |= known[operand]
+        known.append(bits)
+
+
+def _representative(
+    dag: Dag, first: dict[int, Node], read: list[int], value: int, node: Node
+) -> Node:
     """The representative of a node with this fingerprint: an equal node, a negation, or itself.
 
-    The representative is the first node found, unless a later one has a lower level, or is a
-    function and the first is arithmetic: `exp(x) - 1` loses the digits that `expm1(x)` keeps.
+    The representative is the first node found, unless a later one reads less or has a lower level,
+    or is a function and the first is arithmetic: `exp(x) - 1` loses the digits that `expm1(x)`
+    keeps.
     """
     if dag.op[node] <= _SYMBOL:
         first[value] = node
@@ -135,6 +151,7 @@ def _representative(dag: Dag, first: dict[int, Node], value: int, node: Node) ->
     if (
         other is None
         or dag.level[node] < dag.level[other]
+        or read[other] & ~read[node]
         or (dag.op[node] in _FUNCTIONS and dag.op[other] in _ARITHMETIC)
     ):
         first[value] = node

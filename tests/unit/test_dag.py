@@ -12,7 +12,7 @@ from programs import at, make_program, random_program, states
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.emission.simplification import optimise
+from bgc.emission.simplification import number_values, optimise
 
 
 @pytest.fixture
@@ -145,6 +145,18 @@ def test_optimisation_keeps_functions_that_are_more_accurate(dag: Dag) -> None:
     program = optimise(make_program(dag, [dag.zero], outputs=outputs))
     found = evaluate_nodes(program.dag, [o.node for o in program.observations], at([1e-12]))
     assert found[2:] == [math.expm1(1e-12), -math.expm1(1e-12)]
+
+
+def test_optimisation_keeps_the_symbols_of_each_function_apart(dag: Dag) -> None:
+    """A state that cancels from a node is not read by an equal one of the start."""
+    (x,) = states(dag, 1)
+    s = dag.symbol(Kind.START, 0)
+    more = dag.add(s, dag.one)
+    cancelled = dag.sub(dag.mul(dag.add(s, x), more), dag.mul(x, more))
+    alone = dag.mul(s, more)
+    for roots in ([cancelled, alone], [alone, cancelled]):
+        simple, new = number_values(dag, roots)
+        assert not simple.symbols_in([new[alone]], Kind.STATE)
 
 
 def test_optimisation_shares_reciprocals(dag: Dag) -> None:
