@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import TypeVar
 
-from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Level, Op, Symbol
 from bgc.algebra.double_inverse import inverse_in_doubles
 from bgc.algebra.fold import Fold
 from bgc.algebra.nodes import Node
@@ -105,6 +105,36 @@ class Evaluator(NodeEvaluator[float]):
 
     def _inverted(self, entries: list[float]) -> list[float]:
         return inverse_in_doubles(entries)
+
+
+class Repeated(Evaluator):
+    """The values of some nodes at one point after another: their order is found once."""
+
+    def __init__(self, dag: Dag, roots: Iterable[Node]) -> None:
+        super().__init__(dag, dict[Symbol, float]().__getitem__)
+        self._roots = list(roots)
+        order = dag.reachable(self._roots)
+        self.values(node for node in order if dag.level[node] == Level.CONST)
+        self._constants = self._known
+        self._steps = [
+            (node, self._function(dag.op[node]), dag.operands(node))
+            for node in order
+            if node not in self._constants
+        ]
+
+    def _function(self, op: int) -> Callable[..., float] | None:
+        """The function of an operation of its operands alone, None of any other."""
+        other = op in {Op.SYMBOL, Op.LISTED, Op.INVERTED} or op in TABLE_OPS
+        return None if other else ROWS[op].evaluate
+
+    def at(self, leaf_values: Mapping[Symbol, float]) -> list[float]:
+        """The values of the roots, as `evaluate_nodes` gives them."""
+        known = self._known = dict(self._constants)
+        self._leaf = leaf_values.__getitem__
+        self._inverses = {}
+        for node, function, operands in self._steps:
+            known[node] = function(*[known[x] for x in operands]) if function else self._of(node)
+        return [known[root] for root in self._roots]
 
 
 def to_double(exact: Fraction) -> float:

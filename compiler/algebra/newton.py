@@ -14,7 +14,7 @@ from itertools import islice
 from bgc.algebra.dag import Dag, Symbol
 from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import Repeated
 from bgc.algebra.nodes import Node
 
 _MOST_ELIMINATED_UNKNOWNS = 100  # unknowns; with more, elimination in Python takes too long
@@ -29,12 +29,12 @@ class Rows:
     """Equations `residual = 0` in as many unknowns."""
 
     def __init__(self, dag: Dag, residuals: Sequence[Node], unknowns: Sequence[Symbol]) -> None:
-        self._dag = dag
         self._unknowns = unknowns
-        self._residuals = list(residuals)
         symbols = [dag.symbol(u.kind, u.index) for u in unknowns]
         small = len(unknowns) <= _MOST_ELIMINATED_UNKNOWNS
-        self._slopes = [s for r in residuals for s in gradient(dag, r, symbols)] if small else []
+        slopes = [s for r in residuals for s in gradient(dag, r, symbols)] if small else []
+        self._residuals = Repeated(dag, residuals)
+        self._slopes = Repeated(dag, slopes)
 
     def solve(self, known: Mapping[Symbol, float], start: Sequence[float]) -> list[float] | None:
         """Find a solution for given values of all other symbols; None if there is none.
@@ -56,7 +56,9 @@ class Rows:
     ) -> list[float] | None:
         damping = 1.0
         for _ in iterations:
-            residual, slopes = self._at(known, x, self._residuals, self._slopes)
+            point = self._point(known, x)
+            residual, numbers = self._residuals.at(point), self._slopes.at(point)
+            slopes = [numbers[k : k + len(x)] for k in range(0, len(numbers), len(x))]
             change = solve_dense(slopes, residual)
             if change is None:
                 return None
@@ -65,7 +67,7 @@ class Rows:
                 return _moved(x, change, 1.0)
             while damping >= _LEAST_DAMPING:
                 trial = _moved(x, change, damping)
-                missed, _ = self._at(known, trial, self._residuals, [])
+                missed = self._residuals.at(self._point(known, trial))
                 following = solve_dense(slopes, missed)
                 if following is not None and _length(following, x) <= (1 - damping / 4) * length:
                     break
@@ -76,18 +78,8 @@ class Rows:
             damping = min(1.0, 4 * damping)
         return None
 
-    def _at(
-        self,
-        known: Mapping[Symbol, float],
-        x: Sequence[float],
-        residuals: Sequence[Node],
-        slopes: Sequence[Node],
-    ) -> tuple[list[float], list[list[float]]]:
-        values = {**known, **dict(zip(self._unknowns, x, strict=True))}
-        numbers = evaluate_nodes(self._dag, [*residuals, *slopes], values)
-        size = len(residuals)
-        rows = [numbers[k : k + size] for k in range(size, len(numbers), size)]
-        return numbers[:size], rows
+    def _point(self, known: Mapping[Symbol, float], x: Sequence[float]) -> dict[Symbol, float]:
+        return {**known, **dict(zip(self._unknowns, x, strict=True))}
 
 
 def _points(size: int) -> Iterator[list[float]]:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
-from bgc.algebra.evaluate import apply, evaluate_nodes, to_double
+from bgc.algebra.evaluate import Repeated, apply, evaluate_nodes, to_double
 
 INF, NAN = math.inf, math.nan
 reals = st.floats(-50, 50)
@@ -40,6 +40,21 @@ def test_a_symbol_without_a_value_is_a_key_error() -> None:
     dag = Dag()
     with pytest.raises(KeyError):
         evaluate_nodes(dag, [dag.symbol(Kind.TIME)], {})
+
+
+def test_nodes_evaluated_repeatedly_have_the_values_of_each_point() -> None:
+    """Also where a matrix is inverted, or its inverse is a constant."""
+    dag = Dag()
+    x, y = (dag.symbol(Kind.STATE, k) for k in range(2))
+    rows = dag.inverted([[x, dag.one], [dag.const(2), y]])
+    fixed = dag.call(Op.SIN, dag.const(3))
+    roots = [*rows[0], *rows[1], dag.mul(fixed, x), fixed, dag.select(dag.call(Op.LT, x, y), x, y)]
+    repeated = Repeated(dag, roots)
+    for point in ((1.5, 4.0), (-2.0, 0.5), (1.5, 4.0), (INF, 1.0)):
+        values = {Symbol(Kind.STATE, k): v for k, v in enumerate(point)}
+        assert str(repeated.at(values)) == str(evaluate_nodes(dag, roots, values))
+    with pytest.raises(KeyError):
+        repeated.at({Symbol(Kind.STATE, 0): 1.0})
 
 
 @pytest.mark.parametrize(

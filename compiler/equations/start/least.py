@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import Repeated
 from bgc.algebra.newton import Rows
 from bgc.ir.graph import Node
 
@@ -52,11 +53,15 @@ class LeastChange:
         self._unknowns = [Symbol(Kind.START, first + k) for k in range(len(start))]
         self._symbols = [dag.symbol(u.kind, u.index) for u in self._unknowns]
         self._slopes: dict[Node, list[Node]] = {}
+        self._repeated: dict[tuple[Node, ...], Repeated] = {}
 
     def values(self, nodes: Sequence[Node], at: Sequence[float]) -> list[float]:
         """The values of nodes at a point."""
         point = dict(zip(self._unknowns, at, strict=True))
-        return evaluate_nodes(self._dag, nodes, {**self._known, **point})
+        found = self._repeated.get(tuple(nodes))
+        if found is None:
+            found = self._repeated[tuple(nodes)] = Repeated(self._dag, nodes)
+        return found.at({**self._known, **point})
 
     def solve(self, residuals: Sequence[Node]) -> list[float] | None:
         """The point nearest to the start at which residuals and the loops' equations are zero."""
@@ -68,7 +73,7 @@ class LeastChange:
 
     def rows_near(self, residuals: Sequence[Node]) -> list[list[float]]:
         """The derivatives of residuals by the free states, loops closed, near the start."""
-        point = self._generic_point()
+        point = self._generic_point
         inner, outer = self._slopes_at(self._rows, point), self._slopes_at(residuals, point)
         free, loops = range(self._free), [row[self._free :] for row in inner]
         moved = [solve_dense(loops, [row[j] for row in inner]) if inner else [] for j in free]
@@ -188,6 +193,7 @@ class LeastChange:
         each = parts if len(parts) == len(self._start) else parts[:1] * len(self._start)
         return [x + p * s for x, p, s in zip(self._start, each, self._sizes, strict=True)]
 
+    @cached_property
     def _generic_point(self) -> list[float]:
         """A point near the start that satisfies the equations of the loops."""
         rng = random.Random(2)
