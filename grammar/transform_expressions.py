@@ -138,7 +138,8 @@ class ExpressionTransform:
         return made
 
     def _vector(self, tree: ParseTree, depth: int) -> syntax.Vector:
-        *elements, _, unit = tree.children[1:]
+        children: list[Any] = tree.children
+        *elements, _, unit = children[1:]
         span = self.span(tree)
         made = tuple(self.expression(e, depth + 1) for e in elements if e is not None)
         if not made:
@@ -150,14 +151,13 @@ class ExpressionTransform:
         """Give the numbers of a vector its unit: `[1, -2] m` is `[1 m, -2 m]`."""
         elements: list[syntax.Expr] = []
         for element in vector.elements:
-            number = element.operand if isinstance(element, syntax.Unary) else element
             match element:
                 case syntax.Vector():
                     elements.append(self._with_unit(element, unit))
-                case _ if isinstance(number, syntax.Number) and number.unit is None:
-                    named = replace(number, unit=str(unit))
-                    signed = isinstance(element, syntax.Unary)
-                    elements.append(replace(element, operand=named) if signed else named)
+                case syntax.Number(unit=None):
+                    elements.append(replace(element, unit=str(unit)))
+                case syntax.Unary(operand=syntax.Number(unit=None) as number):
+                    elements.append(replace(element, operand=replace(number, unit=str(unit))))
                 case _:
                     message = "a unit behind a vector goes with numbers that have none"
                     help = f"write the unit behind each number, or multiply by `1 {unit}`"
