@@ -94,7 +94,8 @@ def write_table(rows: Iterable[Row]) -> None:
 
 def breaks_of(path: Path, text: str, room: str) -> list[tuple[Break, int]]:
     """The breaks of a file that the table can hold, each with its number among equal ones."""
-    found = breaks_of_c(text) if path.suffix == ".c" else breaks_of_python(text, room in _TEXTS)
+    in_python = path.suffix == ".py"  # else C, in headers too
+    found = breaks_of_python(text, room in _TEXTS) if in_python else breaks_of_c(text)
     seen = Counter[tuple[str, str, str]]()
     numbered = []
     for each in found:
@@ -146,7 +147,7 @@ def place(root: Path, row: Row) -> tuple[Path, Break] | None:
             others = sorted((root / folder).rglob("*.py"))
             paths += [p for p in others if p != path and f" {name}" in p.read_text("utf-8")]
     elif not paths:
-        paths = sorted((root / "runtime" / "c").rglob("*.c"))
+        paths = sorted((root / "runtime" / "c").rglob("*.[ch]"))
     for each in paths:
         for found, nth in breaks_of(each, each.read_text(encoding="utf-8"), row.room):
             same = found.before.strip() == row.before and found.after.strip() == row.after
@@ -221,7 +222,7 @@ class Bench:
             files = self.reach.files(name, text, each.line, each.function)
             if not files:
                 return replace(row, outcome="unreached")
-        os.environ["FREEZE_LEVEL"] = "-O1" if path.suffix == ".c" else ""
+        os.environ["FREEZE_LEVEL"] = "" if path.suffix == ".py" else "-O1"
         begun = time.monotonic()
         self.write(path, each.text())
         try:
