@@ -282,7 +282,7 @@ def test_the_winch_of_the_whole_machine_takes_out_the_heave(seed):
 
     def run(share: float) -> bgc.Result:
         given = {"compensation": share, "vessel.sea.seed": float(seed)}
-        return machine.simulate(21, solver="rodas5p", rtol=1e-4, parameters=given)
+        return machine.simulate(21, parameters=given)
 
     held = run(1)
     quiet = held.time > 10
@@ -303,7 +303,7 @@ def test_a_winch_at_its_limits_says_so_and_leaves_heave(limit, column):
     """A small pump and low relief valves; the whole flow of the pump and the leak move the rope."""
     machine = model("knuckle_boom_at_sea")
     given = {"compensation": 1.0, **limit}
-    held = machine.simulate(21, solver="rodas5p", rtol=1e-4, parameters=given)
+    held = machine.simulate(21, parameters=given)
     quiet = held.time > 10
     assert np.std(held["height"][quiet]) > 0.2 * np.std(held["tip_height"][quiet])
     assert held[column][quiet].mean() > 0.3
