@@ -280,6 +280,7 @@ BGC_TWICE bgc_status bgc_rosenbrock(const bgc_model *m, bgc_ivp *d, const bgc_me
 BGC_TWICE bgc_status bgc_runge_kutta(const bgc_model *m, bgc_ivp *d, const bgc_method *method,
                                      double h);
 BGC_TWICE void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
+BGC_TWICE number bgc_embedded_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 BGC_TWICE int bgc_interpolate_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method);
 
 /* --- dense.c */

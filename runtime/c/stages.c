@@ -1,5 +1,5 @@
 /* stages.c: the result of a step of a Rosenbrock or explicit method from its stages, by the
- * formulas of methods.h: solution, error estimate and dense output. */
+ * formulas of methods.h: solution, error estimates and dense output. */
 #include "bgc_internal.h"
 
 #include <string.h>
@@ -13,6 +13,16 @@ void bgc_sum_stages(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
     if (bgc_is_adaptive(method)) {
         bgc_combine(n, tableau->stages, tableau->e, d->stages, NULL, d->error);
     }
+}
+
+/* The error of the step to d->next by which fixed steps are subdivided, over its tolerances, root mean
+ * square; d->error is overwritten. */
+number bgc_embedded_error(const bgc_model *m, bgc_ivp *d, const bgc_method *method) {
+    const bgc_tableau *tableau = method->tableau;
+
+    bgc_combine(m->n_state, tableau->stages, tableau->embedded, d->stages, NULL, d->error);
+    return bgc_norm_within(m, d, d->error, d->x, d->next, d->core.sub_rtol, d->core.sub_atol,
+                           number_of(1.0));
 }
 
 /* The method's own dense output to d->k, where it has one. */

@@ -67,7 +67,7 @@ static inline void find_excess(const double *restrict w, const double *restrict 
 }
 
 /* Whether the embedded error of every state is within its tolerance. Takes a third of the time of
- * embedded_error, which most steps do without. */
+ * bgc_embedded_error, which most steps do without. */
 static int is_within_everywhere(const bgc_model *m, const bgc_data *d, const bgc_method *method) {
     const bgc_tableau *tableau = method->tableau;
     const bgc_core *core = &d->core;
@@ -86,14 +86,6 @@ static int is_within_everywhere(const bgc_model *m, const bgc_data *d, const bgc
         all += most[l];
     }
     return all == 0.0;
-}
-
-/* The embedded error of the step to d->next over the tolerances, root mean square. */
-static double embedded_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
-    const bgc_tableau *tableau = method->tableau;
-
-    bgc_combine(m->n_state, tableau->stages, tableau->embedded, d->stages, NULL, d->error);
-    return bgc_norm_within(m, d, d->error, d->x, d->next, d->core.sub_rtol, d->core.sub_atol, 1.0);
 }
 
 /* --- acceptance -------------------------------------------------------------------------------- */
@@ -120,7 +112,7 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
     if (core->attempts == 1 && !core->step_cut && is_within_everywhere(m, d, method)) {
         return 1;
     }
-    error = embedded_error(m, d, method);
+    error = bgc_embedded_error(m, d, method);
     if (error <= 1.0) {
         core->sub_step = bgc_next_step(h, core->sub_step, fmax(error, bgc_least_error), 1.0, q, 1);
         return 1;

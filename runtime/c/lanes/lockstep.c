@@ -16,17 +16,6 @@ static void release_lanes(bgc_batch *b, unsigned bad) {
     }
 }
 
-/* Lanes whose embedded error is above the tolerance subdivide the step by themselves. */
-static void judge_lanes(bgc_batch *b) {
-    const bgc_tableau *tableau = b->method->tableau;
-    lane error;
-
-    bgc_combine(b->m->n_state, tableau->stages, tableau->embedded, b->stages, NULL, b->error);
-    error = bgc_norm_within(b->m, b, b->error, b->x, b->next, b->core.sub_rtol, b->core.sub_atol,
-                            lane_of(1.0));
-    b->single |= bgc_lanes_where(b, lane_not(error <= lane_of(1.0)));
-}
-
 /* One fixed step. */
 static void attempt_fixed(bgc_batch *b) {
     const bgc_model *m = b->m;
@@ -42,10 +31,11 @@ static void attempt_fixed(bgc_batch *b) {
         return;
     }
 
-    /* Lanes that take it by themselves. */
+    /* Lanes that take it by themselves: among them those whose error makes them subdivide it. */
     release_lanes(b, bad);
     if (core->substeps > 1) {
-        judge_lanes(b);
+        const lane error = bgc_embedded_error(m, b, b->method);
+        b->single |= bgc_lanes_where(b, lane_not(error <= lane_of(1.0)));
     }
     bgc_resolved_by_all(b, core->step, &b->single);
     bgc_complete_together(b, bgc_tick(core, core->ticks + 1));
