@@ -23,15 +23,26 @@ Partials = tuple[tuple[Node, Node], ...]
 
 def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node]) -> Node:
     """Differentiate a node along a direction: the sum over symbols s of dnode/ds direction[s]."""
+    (derivative,) = directional_derivatives(dag, [node], direction)
+    return derivative
+
+
+def directional_derivatives(
+    dag: Dag, nodes: Sequence[Node], direction: Mapping[Node, Node]
+) -> list[Node]:
+    """Differentiate several nodes along a direction; what they share is differentiated once.
+
+    `direction` may hold nodes that are no symbols: those are taken as independent.
+    """
     tangent: dict[Node, Node] = {}
-    for inner in dag.reachable([node]):
+    for inner in dag.reachable(nodes):
         if inner in direction:
             tangent[inner] = direction[inner]
         elif not tangent.keys().isdisjoint(_arguments(dag, inner)):
             change = _change(dag, inner, tangent)
             if change != dag.zero:
                 tangent[inner] = change
-    return tangent.get(node, dag.zero)
+    return [tangent.get(node, dag.zero) for node in nodes]
 
 
 def gradient(dag: Dag, node: Node, symbols: Iterable[Node]) -> list[Node]:

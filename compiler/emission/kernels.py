@@ -109,7 +109,7 @@ def print_defaults(dag: Dag, values: Sequence[tuple[int, Node]]) -> KernelText:
     blocks = []
     operations = 0
     helpers: set[str] = set()
-    for index, node in _by_dependence(dag, values):
+    for index, node in by_dependence(dag, values):
         body = _Body(dag, (Store("p", index, node),), int(Level.CONST) - 1, {}, 0, whole=True)
         inner = "\n".join(f"        {line}" for line in body.chunks[0].lines)
         blocks.append(f"    if (!is_set[{index}]) {{\n{inner}\n    }}")
@@ -125,7 +125,8 @@ def print_defaults(dag: Dag, values: Sequence[tuple[int, Node]]) -> KernelText:
     return KernelText(text, 0, operations, frozenset(helpers))
 
 
-def _by_dependence(dag: Dag, values: Sequence[tuple[int, Node]]) -> list[tuple[int, Node]]:
+def by_dependence(dag: Dag, values: Sequence[tuple[int, Node]]) -> list[tuple[int, Node]]:
+    """Order defaults of parameters, by index, so that each is behind those that it reads."""
     node_of = dict(values)
     ordered: dict[int, Node] = {}
 

@@ -35,7 +35,7 @@ def program_kernels(
     )
 
 
-def _kernel(
+def hoisted_kernel(
     name: str,
     purpose: str,
     inputs: str,
@@ -61,14 +61,14 @@ def _kernel(
 def _step_kernels(program: Program, jacobian: Jacobian, kept: tuple[Node, ...]) -> Iterator[Kernel]:
     """The kernels that are evaluated within steps and at rows; `rhs` leaves `kept` in w."""
     energy = program.energy
-    yield _kernel(
+    yield hoisted_kernel(
         "rhs",
         "The right-hand sides f of M y' = f.",
         _RUNNING,
         "f",
         (*stores("f", (s.derivative for s in program.states)), *stores(SCRATCH, kept)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "jacobian",
         "The entries of df/dx in the order of jac_row and jac_col, and df/dt."
         if jacobian.inner == 0
@@ -77,21 +77,21 @@ def _step_kernels(program: Program, jacobian: Jacobian, kept: tuple[Node, ...]) 
         "jac dfdt",
         (*stores("jac", jacobian.entries), *stores("dfdt", jacobian.by_time)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "energy",
         "Stored energy, supplied power, dissipated power.",
         _RUNNING,
         "out",
         stores("out", (energy.stored, energy.supplied, energy.dissipated)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "outputs",
         "What the scene observes.",
         _RUNNING,
         "y",
         stores("y", (o.node for o in program.observations)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "commands",
         "Commands to the devices.",
         _RUNNING,
@@ -107,7 +107,7 @@ def _event_kernels(
 
     `kept` are nodes of `rhs` with which the arguments of switches cost little.
     """
-    yield _kernel(
+    yield hoisted_kernel(
         "asserts",
         "Conditions that have to hold: nonzero where they do.",
         _RUNNING,
@@ -120,7 +120,7 @@ def _event_kernels(
         if state.projection is not None
     ]
     if projections:
-        yield _kernel(
+        yield hoisted_kernel(
             "project",
             "States that are set after each completed step.",
             "h t",
@@ -129,7 +129,7 @@ def _event_kernels(
             in_place=True,
         )
     if program.closures is not None:
-        yield _kernel(
+        yield hoisted_kernel(
             "closures",
             "Flows and conditions that close chains, and their derivatives.",
             _RUNNING,
@@ -138,7 +138,7 @@ def _event_kernels(
         )
     arguments = stores("z", (switch.argument for switch in switches))
     if switches:
-        yield _kernel(
+        yield hoisted_kernel(
             "switches",
             "The arguments of discontinuous operations.",
             _RUNNING,
@@ -146,7 +146,7 @@ def _event_kernels(
             arguments,
         )
     if kept:
-        yield _kernel(
+        yield hoisted_kernel(
             "switches_after_rhs",
             "The same, from what rhs has left in w.",
             _RUNNING,
@@ -156,7 +156,7 @@ def _event_kernels(
         )
     timed = [switch.argument for switch in switches if switch.timed]
     if 0 < len(timed) < len(switches):
-        yield _kernel(
+        yield hoisted_kernel(
             "timed_switches",
             "Those of them that depend on time alone, which come first.",
             _RUNNING,
@@ -164,7 +164,7 @@ def _event_kernels(
             stores("z", timed),
         )
     if program.divisors:
-        yield _kernel(
+        yield hoisted_kernel(
             "divisors",
             "Divisors of the right-hand sides that may vanish.",
             _RUNNING,
@@ -177,21 +177,21 @@ def _jump_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Ke
     """The kernels of `when` and `reset`, if there are any."""
     if not program.jumps:
         return
-    yield _kernel(
+    yield hoisted_kernel(
         "conditions",
         "The conditions of jumps: nonzero where they hold.",
         _RUNNING,
         "c",
         stores("c", (jump.condition for jump in program.jumps)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "resets",
         "The values that jumps give to states.",
         _RUNNING,
         "z",
         stores("z", (reset.value for jump in program.jumps for reset in jump.resets)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "edge_rates",
         "The rates of the arguments of the switches in conditions, from those of the states.",
         f"{_RUNNING} r",
@@ -204,21 +204,21 @@ def _sampled_kernels(program: Program) -> Iterator[Kernel]:
     """The kernels of sampled parts, if there are any."""
     if not program.held:
         return
-    yield _kernel(
+    yield hoisted_kernel(
         "sampling",
         "The period and the offset of each rate.",
         "h",
         "s",
         stores("s", (node for rate in program.rates for node in (rate.period, rate.offset))),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "held_start",
         "The values that sampled parts hold at the start.",
         "h t u",
         "z",
         stores("z", (held.initial for held in program.held)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "held",
         "The values that sampled parts hold from an instant on.",
         _RUNNING,
@@ -245,13 +245,15 @@ def watch_kernels(watches: Sequence[WatchedArgument]) -> Iterator[Kernel]:
     """The kernel of the watched arguments, if there are any."""
     if watches:
         purpose = "The arguments of functions that may hide pulses."
-        yield _kernel("watched", purpose, _RUNNING, "z", stores("z", (z for _, z in watches)))
+        yield hoisted_kernel(
+            "watched", purpose, _RUNNING, "z", stores("z", (z for _, z in watches))
+        )
 
 
 def range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
     """The kernel of the terms of time alone, for interval arithmetic; None if there are none."""
     purpose = "Ranges of terms of time alone, each with its derivative by time."
-    return _kernel("ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
+    return hoisted_kernel("ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
 
 
 def timed_range_kernel(switches: tuple[Switch, ...]) -> Kernel | None:
@@ -260,7 +262,7 @@ def timed_range_kernel(switches: tuple[Switch, ...]) -> Kernel | None:
     pairs = [(switch.argument, switch.rate) for switch in switches if switch.timed]
     nodes = enumerate(node for pair in pairs for node in pair)
     made = [Store("b", place, node) for place, node in nodes if node is not None]
-    return _kernel("timed_ranges", purpose, "h t u", "b", made) if made else None
+    return hoisted_kernel("timed_ranges", purpose, "h t u", "b", made) if made else None
 
 
 def stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
@@ -278,28 +280,28 @@ def closure_nodes(closures: Closures) -> list[Node]:
 
 def _setup_kernels(program: Program) -> Iterator[Kernel]:
     """The kernels that are evaluated once, when parameters are set or a run starts."""
-    yield _kernel(
+    yield hoisted_kernel(
         "mass",
         "The entries of M in the order of mass_row and mass_col.",
         "h",
         "m",
         stores("m", (entry.value for entry in program.mass or ())),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "initial",
         "The states at the start.",
         "h t u",
         "x",
         stores("x", (s.initial for s in program.states)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "scale",
         "The unit in which the error of each state is measured.",
         "h",
         "scale",
         stores("scale", (s.scale for s in program.states)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "positive",
         "Parameters and expressions of them that have to be positive.",
         "p h",
@@ -315,14 +317,14 @@ def _start_kernels(program: Program) -> Iterator[Kernel]:
     dag, residuals = program.dag, program.start.residuals
     unknowns = [dag.symbol(Kind.START, k) for k in range(len(residuals))]
     slopes = [x for node in residuals for x in gradient(dag, node, unknowns)]
-    yield _kernel(
+    yield hoisted_kernel(
         "start",
         "The residuals of the equations of the start, and their Jacobian row by row.",
         "h t u s",
         "r j",
         (*stores("r", residuals), *stores("j", slopes)),
     )
-    yield _kernel(
+    yield hoisted_kernel(
         "started",
         "The states that the solution of these equations gives.",
         "h t u s",
@@ -335,7 +337,7 @@ def _given_kernel(program: Program) -> Iterator[Kernel]:
     """The kernel that compares the start with what is given for it, if anything is."""
     if program.given:
         pairs = (node for given in program.given for node in (given.node, given.value))
-        yield _kernel(
+        yield hoisted_kernel(
             "given",
             "Initial values that are given: what each is, and what it has to be.",
             _RUNNING,
