@@ -17,6 +17,7 @@ from bgc.building.build import (
     build_shared_object,
     driver_names,
     lane_runtime_units,
+    tangent_runtime_units,
 )
 from bgc.building.build_result import (
     Built,
@@ -37,10 +38,11 @@ from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observations import with_accounts
 from bgc.elaboration.scenes.scene_choice import models_alone, stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_lowered
-from bgc.emission.lanes import lane_units
+from bgc.emission.lanes import function_unit, lane_units
 from bgc.emission.lower import lower
 from bgc.emission.simplification import optimise
 from bgc.emission.switches import places_of
+from bgc.emission.tangents import tangent_units
 from bgc.equations.attempts import derive
 from bgc.equations.start.given import given_names
 from bgc.ir import verify as invariants
@@ -316,8 +318,12 @@ def build_model(
 def model_units(emitted: EmittedModel, options: Options) -> tuple[Unit, ...]:
     """The C files of a model, without those of the runtime that all models share."""
     units = previewed(emitted.units) if options.preview else emitted.units
+    if options.lanes or options.tangents:
+        units += (function_unit(),)
     if options.lanes:
         units += (*lane_runtime_units(), *lane_units(emitted.lowered))
+    if options.tangents:
+        units += (*tangent_runtime_units(), *tangent_units(emitted.lowered))
     return units
 
 

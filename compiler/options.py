@@ -21,9 +21,9 @@ class Options:
     "Rigid[5]")`; they override the scene's own choices. `observe` replaces the scene's
     observations by these names of its columns or expressions. `preview` asks for C that compiles
     fast and runs slowly, `lanes` for the functions that run many instances at once, next to those
-    of one. `audited` observes all energy accounts, whatever the scene does. `verify` checks the
-    invariants of every intermediate result, as the environment variable BGC_VERIFY does. `shapes`
-    records the poses of all shapes.
+    of one, `tangents` for derivatives of a run by parameters. `audited` observes all energy
+    accounts, whatever the scene does. `verify` checks the invariants of every intermediate result,
+    as the environment variable BGC_VERIFY does. `shapes` records the poses of all shapes.
     `inputs` are inputs of models to which a parameter of their name is added, zero by default: a
     linear model varies it. `drives` are pairs of an input and the expression that gives it; they
     override the scene's own.
@@ -37,6 +37,7 @@ class Options:
     observe: tuple[str, ...] = ()
     preview: bool = False
     lanes: bool = False
+    tangents: bool = False
     audited: bool = False
     verify: bool = False
     shapes: bool = False

@@ -20,6 +20,7 @@ from bgc.runtime.running.input_models import compiled_again
 from bgc.runtime.running.inputs import Inputs, drives_of
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity
+from bgc.runtime.running.sensitivities import followed
 from bgc.runtime.running.simulate import method_of, simulate, times_of
 from bgc.runtime.studied import StudiedModel
 
@@ -55,6 +56,7 @@ class Model(StudiedModel, EvaluatedModel):
         inputs: Inputs | None = None,
         out: str | Path | TextIO | None = None,
         error: bool = True,
+        sensitivities: Sequence[str] = (),
         **run: Unpack[SolverKeywords],
     ) -> Result:
         """Run from the initial state and return the observed values.
@@ -90,6 +92,11 @@ class Model(StudiedModel, EvaluatedModel):
         error
             Whether to estimate by how much the columns are off: `result.error`. The rows are the
             same bits without, and the run takes less time.
+        sensitivities
+            Names of parameters, and of states for their initial values, by which the columns are
+            differentiated: `result.sensitivity("tip", "boom.mass")`. The steps are those of a run
+            without; they are not shortened for the sake of the derivatives. A file `out` has a
+            column `d tip/d boom.mass` for each. The model is compiled once more, with its tangents.
         **run
             Method, tolerances, steps and start of the run: see `SolverKeywords`. By default the
             scene's, else `ros34prw` where the scene gives a step, or `rodas5p`; where explicit
@@ -124,19 +131,23 @@ class Model(StudiedModel, EvaluatedModel):
                 devices=devices,
                 out=out,
                 error=error,
+                sensitivities=sensitivities,
                 **run,
             )
         choices = read_choices(devices or {})
+        model, directions = followed(self, method, sensitivities)
         if out is not None:
             # Loads the writers of files.
             from bgc.runtime.running.row_stream import simulate_to, target_of
 
             target = target_of(out)
             return simulate_to(
-                target, self, method, end, interval, values, progress, notices, choices, error
-            )
-        times = times_of(self, method, end, interval)
-        return simulate(self, method, times, values, progress, notices, choices, error)
+                target, model, method, end, interval, values, progress, notices, choices, error,
+                directions,
+            )  # fmt: skip
+        times = times_of(model, method, end, interval, 1 + len(directions))
+        common = values, progress, notices, choices, error, directions
+        return simulate(model, method, times, *common)
 
     @with_solver_keywords
     def realtime(

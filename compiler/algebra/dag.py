@@ -44,6 +44,8 @@ class Kind(IntEnum):
     SPEED = 11  # of `SpeedEquations`: an independent flow of merged inertias
     SELECTOR = 12  # of a closing row, 0 or 1: see `Closures`; counts on from the parameters
     OWN = 13  # an element's own variable while its linear law is read: see `Laws.linear_law`
+    CHANGE = 14  # the derivative of a state, of time or of a START unknown by a parameter
+    HOISTED_CHANGE = 15  # the same of element `index` of the hoisted nodes
 
 
 # Operations as plain ints: comparing with a member of an enumeration takes several times longer.

@@ -222,6 +222,13 @@ def lane_runtime_units() -> tuple[Unit, ...]:
     return (Unit("lanes_runtime", _joined({path.stem: path.read_text("utf-8") for path in paths})),)
 
 
+def tangent_runtime_units() -> tuple[Unit, ...]:
+    """Read the C sources that models share whose runs are differentiated, as one unit."""
+    paths = sorted(runtime_directory().glob("tangents/*.c"))
+    text = _joined({path.stem: path.read_text("utf-8") for path in paths})
+    return (Unit("tangents_runtime", text),)
+
+
 def build_shared_object(
     units: Sequence[Unit],
     toolchain: Toolchain,

@@ -32,10 +32,10 @@ _DEFINED_BY = {
 
 def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The additional C units of an ensemble, linked with the model and `runtime/c/lanes`."""
-    return (_function_unit(), *_model_units(lowered))
+    return _model_units(lowered)
 
 
-def _function_unit() -> Unit:
+def function_unit() -> Unit:
     """The unit of the language's functions on vector registers, the same for all models."""
     lines = [
         f"{_DEFINED_BY[row.lanes]}_{row.arity}({row.c})\n"
@@ -74,15 +74,15 @@ def _model_units(lowered: Lowered) -> tuple[Unit, ...]:
     data = table_prototypes(lowered.program.dag, "bgc_lane_tables.h")
     table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, separate)
     if not separate:
-        return (_unit("lanes", data, texts.values(), [matrix.text, table]),)
+        return (lane_unit("lanes", data, texts.values(), [matrix.text, table]),)
     shared = [*data, prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
     main = [text for name, text in texts.items() if name != "jacobian"]
     units = [
-        _unit("lanes", shared, main, [table]),
-        _unit("lanes_jacobian", shared, [texts["jacobian"]]),
+        lane_unit("lanes", shared, main, [table]),
+        lane_unit("lanes_jacobian", shared, [texts["jacobian"]]),
     ]
     if matrix.text:
-        units.append(_unit("lanes_matrix", shared, [], [matrix.text]))
+        units.append(lane_unit("lanes_matrix", shared, [], [matrix.text]))
     return tuple(units)
 
 
@@ -104,7 +104,7 @@ def _jacobian(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
     return min((_text(lowered, each, shared) for each in orders), key=lambda text: text.work)
 
 
-def _unit(
+def lane_unit(
     name: str, shared: Sequence[str], kernels: Iterable[KernelText], rest: Sequence[str] = ()
 ) -> Unit:
     """A C unit of kernels and other text, with the helper functions that the kernels call."""

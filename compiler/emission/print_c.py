@@ -35,6 +35,8 @@ _ARRAY = {
     Kind.STATE: "x",
     Kind.START: "s",
     Kind.RATE: "r",
+    Kind.CHANGE: "d",
+    Kind.HOISTED_CHANGE: "q",
 }
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.

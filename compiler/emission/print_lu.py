@@ -101,6 +101,20 @@ def print_lu(
     return MatrixText(text, tables, work, plan.operations, solve)
 
 
+def print_solve(plan: LuPlan, inner: int, numbers: Numbers) -> str:
+    """Print `solve` alone, shared, for the factors that the `factor` of doubles makes.
+
+    The arguments are those of `print_lu`; the plan is one that `is_unrolled`.
+    """
+    storage = _Storage(plan, _row_starts(plan), len(plan.rows) - inner)
+    return _unrolled_solve(storage, True, numbers)
+
+
+def solve_prototype(numbers: Numbers) -> str:
+    """The declaration of the shared function `solve`."""
+    return f"{_solve_head(True, numbers)};\n"
+
+
 def matrix_prototypes(numbers: Numbers = DOUBLES) -> str:
     """The declarations of shared functions `factor` and `solve`."""
     return f"{_factor_head(True, numbers)};\n{_solve_head(True, numbers)};\n"

@@ -66,8 +66,14 @@ bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_method *me
                            const bgc_balance *balance, double t_new) {
     bgc_core *core = &d->core;
     const int at_event = core->event;
-    bgc_status status;
+    bgc_status status = BGC_OK;
 
+    if (d->follower != NULL) {
+        status = d->follower->step(m, d, d->follower->of, method, t_new);
+    }
+    if (status != BGC_OK) {
+        return status;
+    }
     if (method->family->jacobian) {
         bgc_watch_stiffness(m, d, t_new - core->t);
     }
@@ -79,6 +85,9 @@ bgc_status bgc_finish_step(const bgc_model *m, bgc_data *d, const bgc_method *me
     status = may_meet_event(m, core) ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
     if (core->errors && at_event && status == BGC_OK) {
         bgc_carry_error_through(m, d, method);
+    }
+    if (d->follower != NULL && at_event && status == BGC_OK) {
+        status = d->follower->event(m, d, d->follower->of);
     }
     return status;
 }

@@ -39,7 +39,9 @@ typedef enum {
     BGC_SINGULAR_CHAIN,  /* a closed chain is at a singular position: bgc_failed_chain names it */
     BGC_OPEN_CHAIN,      /* the start does not close a chain: bgc_failed_chain names the condition */
     BGC_ENDLESS_JUMPS,   /* jumps follow each other ever faster: bgc_failed_jump names one */
-    BGC_BAD_SAMPLE       /* a sampled value is not finite: bgc_failed_held names it */
+    BGC_BAD_SAMPLE,      /* a sampled value is not finite: bgc_failed_held names it */
+    BGC_GRAZING,         /* an event without a derivative: bgc_failed_switch names what touches its edge, */
+    BGC_SIMULTANEOUS     /* or one of several that the parameters part */
 } bgc_status;
 
 typedef struct {

@@ -368,6 +368,10 @@ const char *bgc_status_text(bgc_status s) {
         return "jumps of the states follow each other ever faster";
     case BGC_BAD_SAMPLE:
         return "a sampled value is not finite";
+    case BGC_GRAZING:
+        return "an event has no derivative: an argument touches the edge of its mode";
+    case BGC_SIMULTANEOUS:
+        return "an event has no derivative: several switches change at a time";
     }
     return "unknown status";
 }

@@ -228,8 +228,20 @@ typedef struct {
     bgc_effort given; /* written last */
 } bgc_device;
 
+/* What follows a run beside it. */
+typedef struct {
+    void *of;
+    /* Before d->next, to which a step of the method leads, becomes the present at t. */
+    bgc_status (*step)(const bgc_model *m, bgc_data *d, void *of, const bgc_method *method, double t);
+    /* After an event, with the new modes; d->next has the states before a jump, d->u_step the modes. */
+    bgc_status (*event)(const bgc_model *m, bgc_data *d, void *of);
+    /* With the row at t, inside the last step or at the present. */
+    void (*row)(const bgc_model *m, bgc_data *d, void *of, double t, int inside);
+} bgc_follower;
+
 struct bgc_data {
     bgc_core core;
+    const bgc_follower *follower; /* NULL: none */
     unsigned char *is_set; /* n_param: set by the user */
     void *allocated; /* holds `memory`, which begins at a cache line */
     double *memory;

@@ -154,6 +154,9 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
         return BGC_BAD_ARGUMENT;
     }
     bgc_evaluate_row(m, d, t, inside, row);
+    if (d->follower != NULL) {
+        d->follower->row(m, d, d->follower->of, t, inside);
+    }
     if (core->errors) {
         bgc_write_errors(m, d, t, inside, row, row + m->n_output + (core->accounts ? 4 : 0));
     }

@@ -51,6 +51,9 @@ def run(
     devices: Devices,
     method: MethodOptions,
     error: Errors,
+    sensitivities: tuple[str, ...] = option(
+        "Differentiate the columns by a parameter or an initial value. May be repeated."
+    ),
     shapes: bool = option("Record the poses of all shapes in the .npz file."),
     realtime: bool = option("Run in step with the clock (see bgc haptic)."),
     json: Json,
@@ -69,13 +72,18 @@ def run(
     target = sys.stdout if out == "-" else None if out is None else Path(out)
     require(not (error and realtime), "--realtime estimates no errors")
     require(not (json and out == "-"), "--json and --out - both need standard output")
+    require(not (sensitivities and realtime), "--realtime gives no sensitivities")
     chosen = {"devices": dict(devices), **method.arguments}
     if realtime:
         result, status = _in_real_time(model, quiet, **chosen)
     else:
         result, status = attempt(
             lambda: model.simulate(
-                **chosen, progress=not quiet, out=target, error=error is not False
+                **chosen,
+                progress=not quiet,
+                out=target,
+                error=error is not False,
+                sensitivities=sensitivities,
             )
         )
     if strict and result.warnings:
@@ -87,12 +95,13 @@ def run(
         write_result(result, target)
     drawn = plot if status == 0 or len(result.time) > 1 else None
     if drawn is not None:
-        result.plot(drawn, panels=panels or None)
+        result.with_sensitivities().plot(drawn, panels=panels or None)
     if json:
-        print_text(as_json(result))
+        print_text(as_json(result.with_sensitivities()))
     elif not quiet:
         estimate = f"  +- {result.error_estimate}" if error else ""
-        texts = (summarise(result), estimate, extremes(result), requirements(result))
+        shown = extremes(result.with_sensitivities())
+        texts = (summarise(result), estimate, shown, requirements(result))
         files = _files(result, out, drawn)
         print_text("\n".join(filter(None, (*texts, files))), err=out == "-")
     return status

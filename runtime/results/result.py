@@ -11,19 +11,21 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import counted
 from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
+from bgc.diagnostics.catalogue.arguments import unknown_parameter
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_class
 from bgc.language.scene import Plot
 from bgc.record_class import dataclass, field, replace
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.columns import RunColumns, dataset, optional_package
+from bgc.runtime.results.columns import RunColumns, dataset, find_columns, optional_package
 from bgc.runtime.results.error_estimate import NOT_ASKED, unknown
 from bgc.runtime.results.files import WrittenAsCsv, write_arrays
 from bgc.runtime.results.recorded_shapes import Shape, arrays_of, described
 from bgc.runtime.results.requirements import Requirement
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.row_files import CsvRows, RowArray, RowFile
+from bgc.runtime.results.slopes import Slopes, column_name
 from bgc.values.shown_units import Shown
 
 if TYPE_CHECKING:
@@ -120,6 +122,9 @@ class Result(RunColumns, WrittenAsCsv):
     errors, error_estimate
         By how much the observed columns are off, where that was estimated, and in words how, or why
         not. `error` finds them by the names of columns and vectors.
+    sensitivities
+        Derivatives of the columns, of a run with `sensitivities`, by the name of the parameter;
+        `sensitivity` reads them.
     requirements
         What the scene requires, with the values of the run, their margins and whether they hold.
     warnings
@@ -146,6 +151,7 @@ class Result(RunColumns, WrittenAsCsv):
     errors: Mapping[str, Array] = field(default_factory=dict)
     error_estimate: str = NOT_ASKED
     requirements: tuple[Requirement, ...] = ()
+    sensitivities: Mapping[str, Slopes] = field(default_factory=dict)
 
     @property
     def error(self) -> Result:
@@ -158,6 +164,42 @@ class Result(RunColumns, WrittenAsCsv):
         columns = {**unknown(self.columns), **self.errors}
         bare: dict[str, Any] = {"errors": {}, "accounts": {}}
         return replace(self, columns=columns, requirements=(), notices=(), shapes=(), **bare)
+
+    def sensitivity(self, name: str, parameter: str) -> Array:
+        """The derivative of a column or vector by a parameter of the run, in the shape of both.
+
+        It has the unit of the column for each SI unit of the parameter: see `sensitivity_unit`. A
+        vector as parameter has its components in the last axis. The run was made with
+        `sensitivities`; by the name of a state it is the derivative by its initial value.
+
+        Raises BgError: BG065 for an unknown column or an energy account, BG060 for a parameter
+        that `sensitivities` did not name.
+        """
+        found, shape = find_columns(parameter, self.sensitivities)
+        if not found:
+            raise BgError([unknown_parameter(parameter, self.sensitivities)])
+        parts = [replace(self, columns=self.sensitivities[each].columns)[name] for each in found]
+        if not shape:
+            return parts[0]
+        side_by_side = np.stack(parts, axis=-1)
+        return side_by_side.reshape(*side_by_side.shape[:-1], *shape)
+
+    def sensitivity_unit(self, name: str, parameter: str) -> str:
+        """The unit of `sensitivity` of a column by a parameter or a component: `m/kg`."""
+        (column, *_) = self.expand([name])
+        found, _ = find_columns(parameter, self.sensitivities)
+        if not found:
+            raise BgError([unknown_parameter(parameter, self.sensitivities)])
+        return self.sensitivities[found[0]].unit_of(self.units[column])
+
+    def with_sensitivities(self) -> Result:
+        """The same rows with a column for each derivative, `d tip_height/d crane.boom.mass`."""
+        columns, units = dict(self.columns), dict(self.units)
+        for parameter, slopes in self.sensitivities.items():
+            for column, values in slopes.columns.items():
+                name = column_name(column, parameter)
+                columns[name], units[name] = values, slopes.unit_of(self.units[column])
+        return replace(self, columns=columns, units=units)
 
     @property
     def row_count(self) -> int:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any, assert_never
 
 from bgc.building.build_result import Place, Places
-from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, starts
+from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, sensitivities, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.elements import INITIAL_VALUE
@@ -89,6 +89,11 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.BAD_SAMPLE:
             place = _at(places.held, instance.failed("held"))
             return samples.bad_sample(time, place.states, place.span)
+        case Status.GRAZING | Status.SIMULTANEOUS:
+            place = _at(places.switches, instance.failed("switch"))
+            grazes = status is Status.GRAZING
+            made = sensitivities.grazing if grazes else sensitivities.simultaneous
+            return made(time, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

@@ -33,6 +33,7 @@ from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import RowTimes
 from bgc.runtime.running.run import watched, with_capped_step
 from bgc.runtime.running.run_warnings import start_warnings
+from bgc.runtime.running.sensitivities import Direction
 from bgc.runtime.running.simulate import (
     TOO_MANY_ROWS,
     bare_result,
@@ -66,22 +67,25 @@ def simulate_to(
     notices: Sequence[Diagnostic] = (),
     devices: Choices = NO_CHOICES,
     errors: bool = False,
+    directions: Sequence[Direction] = (),
 ) -> Result:
     """Run a model as `simulate` does, and write all rows to a file.
 
     Rows that fit in memory are written after the run, whole or not at all, and the result has all
     of them. Others are written while the run goes on, by the thread that computes them; the result
     then has a selection of them. External solvers cannot pause, so all of their rows are held in
-    memory. Their errors are not estimated, nor written.
+    memory; so are those of a run that is differentiated. Their errors are not estimated, nor
+    written.
 
     Raises what `simulate` raises; BgError BG055 where the file cannot be written; SimulationError
     BG590 where that happens during the run. An OSError of a stream passes.
     """
     columns = model.row_width
     times = lazy_times_of(model, method, duration, every, _room(target))
-    if len(times) * (columns + 1) <= MOST_VALUES or not _can_grow(target):
-        in_memory = times_of(model, method, duration, every)
-        common = (parameters, progress, notices, devices, errors)
+    few = len(times) * (columns + 1) <= MOST_VALUES
+    if few or directions or not _can_grow(target):
+        in_memory = times_of(model, method, duration, every, 1 + len(directions))
+        common = (parameters, progress, notices, devices, errors, directions)
         return _write_after(target, partial(simulate, model, method, in_memory, *common))
     capped = with_capped_step(method, times, model.facts.timed)
     kept = KeptRows(len(times), columns)
@@ -167,7 +171,11 @@ class _Blocks:
 
 
 def write_result(result: Result, target: Path | TextIO) -> None:
-    """Write a result to a file of the kind that its ending names, or as CSV to a stream."""
+    """Write a result to a file of the kind that its ending names, or as CSV to a stream.
+
+    Derivatives are columns of the file.
+    """
+    result = result.with_sensitivities()
     if not isinstance(target, Path):
         result.write_csv(target)
     elif target.suffix.lower() == ".npz":

@@ -22,6 +22,7 @@ from bgc.runtime.results.recorded_shapes import shapes_of
 from bgc.runtime.results.requirements import missed
 from bgc.runtime.results.rest_report import AtRest
 from bgc.runtime.results.result import Result
+from bgc.runtime.results.slopes import Slopes
 from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.device_drivers import NO_CHOICES, Choices
@@ -33,6 +34,7 @@ from bgc.runtime.running.requirements import requirements_of
 from bgc.runtime.running.rows import RowTimes, fits, lazy_times, row_times, with_instants
 from bgc.runtime.running.run import choose_method, run_watched, with_capped_step
 from bgc.runtime.running.run_warnings import run_warnings, start_warnings
+from bgc.runtime.running.sensitivities import Direction, begin
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.subtolerance import Undecided, subtolerance_states, undecided
 
@@ -51,11 +53,13 @@ def simulate(
     notices: Sequence[Diagnostic] = (),
     devices: Choices = NO_CHOICES,
     errors: bool = False,
+    directions: Sequence[Direction] = (),
 ) -> Result:
     """Run from the initial state to all times, s, and name the columns.
 
     `notices` are warnings about the method, to be shown with the result. `devices` override
-    drivers of the scene. With `errors`, those of the columns are estimated.
+    drivers of the scene. With `errors`, those of the columns are estimated. With `directions`, of a
+    model with tangents, the columns are differentiated.
 
     Raises
     ------
@@ -70,6 +74,7 @@ def simulate(
     # The rows are the same bits with other instants between them, at which limits are judged.
     instants, between = with_instants(times) if model.facts.criteria else (times, 1)
     found = np.full((len(instants), columns), np.nan)
+    slopes = np.full((len(instants), len(directions), len(model.measured)), np.nan)
     capped = with_capped_step(method, times, model.facts.timed)
     at_rest: list[AtRest] = []
     begun = model.started(
@@ -77,10 +82,14 @@ def simulate(
     )
     with begun as instance:
         notices = (*notices, *start_warnings(model, instance, capped))
+        if directions:
+            begin(model, instance, capped, parameters, directions).follow(slopes)
         status, done, interrupted = run_watched(instance, instants, found, progress)
     rows, reached = found[::between, : model.row_width], -(-done // between)
     result = named_result(model, times[:reached], rows[:reached], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
+    if directions:
+        result = with_slopes(model, result, directions, slopes[::between][:reached])
     off: dict[str, Array] = {}
     if followed:
         largest = largest_between(found[:done, model.row_width :], between)
@@ -93,6 +102,20 @@ def simulate(
         reason = "unknown: rounding decides a state below its tolerance" if off else unserved
         result = with_errors(result, off, reason).noted(undecided_state(rounded))
     return with_requirements(model, result, instants, found, off, between)
+
+
+def with_slopes(
+    model: LoadedModel, result: Result, directions: Sequence[Direction], slopes: Array
+) -> Result:
+    """Add derivatives, (rows, directions, outputs), to a result."""
+    places = {v.name: k for k, v in enumerate(model.measured) if v.name in result.columns}
+    found = {
+        direction.name: Slopes(
+            direction.unit, {name: slopes[:, number, k] for name, k in places.items()}
+        )
+        for number, direction in enumerate(directions)
+    }
+    return replace(result, sensitivities=found)
 
 
 def errors_not_estimated(model: LoadedModel, method: Solver, rows: int) -> str:

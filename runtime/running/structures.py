@@ -42,6 +42,8 @@ class Status(IntEnum):
     OPEN_CHAIN = 17
     ENDLESS_JUMPS = 18
     BAD_SAMPLE = 19
+    GRAZING = 20
+    SIMULTANEOUS = 21
 
 
 class ParamInfo(ctypes.Structure):

@@ -22,6 +22,7 @@ def files_of(*patterns: str) -> list[Path]:
 UNITS = {
     "runtime": files_of("*.c", "drivers/*.c"),
     "lanes": LANES,
+    "tangents": files_of("tangents/*.c"),
     "fmi": files_of("*.c", "fmi/*.c"),
     "servo": files_of("servo/*.c"),
     "web": files_of("*.c", "web/*.c"),

@@ -41,6 +41,8 @@ CODES = {
     Status.OPEN_CHAIN: "BG736",
     Status.ENDLESS_JUMPS: "BG770",
     Status.BAD_SAMPLE: "BG771",
+    Status.GRAZING: "BG785",
+    Status.SIMULTANEOUS: "BG786",
 }
 
 

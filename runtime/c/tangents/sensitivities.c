@@ -1,0 +1,231 @@
+/* sensitivities.c: memory and start of the derivatives of a run. */
+#include "tangents/sensitivities.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { DENSE = 3 }; /* coefficients of the dense output */
+
+/* --- memory ------------------------------------------------------------------------------------ */
+
+/* Places one array behind another; counts alone where `at` is NULL. */
+static lane *take(lane **at, size_t *size, size_t count) {
+    lane *here = *at;
+
+    *size += count;
+    *at = here != NULL ? here + count : NULL;
+    return here;
+}
+
+/* The arrays of lanes; returns their size. */
+static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
+    const size_t n = (size_t)m->n_state, hoisted = (size_t)s->kernel->n_hoist;
+    const size_t inputs = (size_t)(m->n_input + m->n_switch), moving = n + 1 + (size_t)m->n_start;
+    const size_t entries = s->kernel->jacobian != NULL ? (size_t)m->n_jac : 0;
+    size_t result = n, size = 0;
+
+    result = (size_t)m->n_output > result ? (size_t)m->n_output : result;
+    result = (size_t)m->n_switch > result ? (size_t)m->n_switch : result;
+    result = (size_t)m->n_start > result ? (size_t)m->n_start : result;
+    for (int k = 0; k < m->n_jump; k++) {
+        const size_t resets = (size_t)m->jump_first[k + 1];
+        result = resets > result ? resets : result;
+    }
+    s->h = take(&at, &size, hoisted);
+    s->x = take(&at, &size, n);
+    s->u = take(&at, &size, inputs);
+    s->lu = take(&at, &size, s->kernel->solve != NULL ? (size_t)m->n_lu : 0);
+    s->points = take(&at, &size, BGC_MAX_STAGES * n);
+    s->x_jac = take(&at, &size, n);
+    s->u_jac = take(&at, &size, inputs);
+    s->stages = take(&at, &size, BGC_MAX_STAGES * n);
+    s->right = take(&at, &size, result);
+    s->change = take(&at, &size, moving);
+    s->along = take(&at, &size, moving);
+    s->no_change = take(&at, &size, hoisted > n ? hoisted : n);
+    s->result = take(&at, &size, result);
+    s->speed = take(&at, &size, 2 * (size_t)m->n_switch);
+    s->work = take(&at, &size, (size_t)s->kernel->n_work);
+    s->solve_work = take(&at, &size, (size_t)s->kernel->n_solve_work);
+    for (int k = 0; k < s->blocks; k++) {
+        bgc_sensitivity_block *b = &s->block[k];
+        b->q = take(&at, &size, hoisted);
+        b->mass = take(&at, &size, (size_t)m->n_mass);
+        b->now = take(&at, &size, n);
+        b->start = take(&at, &size, n);
+        b->end = take(&at, &size, n);
+        b->k = take(&at, &size, DENSE * n);
+        b->jac = take(&at, &size, entries);
+        b->dfdt = take(&at, &size, n);
+        b->at_jac = take(&at, &size, n);
+        b->delay = take(&at, &size, 1);
+    }
+    return size;
+}
+
+/* The arrays of doubles; returns whether there is memory for them. */
+static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
+    const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
+    const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
+    const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
+    const size_t matrix = m->n_mass > 0 ? n * n : 0;
+
+    s->p = calloc(count + prepared + work + unknowns + 2 * n + matrix + 1, sizeof *s->p);
+    s->pivot = calloc(n + 1, sizeof *s->pivot);
+    if (s->p == NULL || s->pivot == NULL) {
+        return 0;
+    }
+    s->prepared = s->p + count;
+    s->prepare_work = s->prepared + prepared;
+    s->column = s->prepare_work + work;
+    s->rate = s->column + unknowns;
+    s->rate_after = s->rate + n;
+    s->dense_mass = s->rate_after + n;
+    return 1;
+}
+
+bgc_sensitivities *bgc_new_sensitivities(const bgc_model *m, int count) {
+    bgc_sensitivities *s = calloc(1, sizeof *s);
+    lane *memory = NULL;
+
+    if (s == NULL) {
+        return NULL;
+    }
+    s->kernel = bgc_get_tangent_model();
+    s->count = count;
+    s->blocks = (count + BGC_LANE_WIDTH - 1) / BGC_LANE_WIDTH;
+    s->block = calloc((size_t)s->blocks + 1, sizeof *s->block);
+    if (s->block != NULL && place_doubles(m, s)) {
+        memory = bgc_aligned_zeros((place_lanes(m, s, NULL) + 1) * sizeof *memory, &s->allocated);
+    }
+    if (memory == NULL) {
+        bgc_free_sensitivities(s);
+        return NULL;
+    }
+    place_lanes(m, s, memory);
+    return s;
+}
+
+void bgc_free_sensitivities(bgc_sensitivities *s) {
+    if (s != NULL) {
+        free(s->block);
+        free(s->p);
+        free(s->pivot);
+        free(s->allocated);
+        free(s);
+    }
+}
+
+/* --- the start --------------------------------------------------------------------------------- */
+
+/* The changes of what depends on parameters alone. */
+static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
+                    const double *parameter) {
+    const int hoisted = s->kernel->n_hoist;
+    double *change = s->p + s->kernel->first_change, *follows = change + m->n_param;
+    const double *changes = s->prepared + hoisted;
+
+    memcpy(s->p, d->p, (size_t)s->kernel->first_change * sizeof *s->p);
+    for (int k = 0; k < s->count; k++) {
+        lane *q = s->block[k / BGC_LANE_WIDTH].q;
+        for (int i = 0; i < m->n_param; i++) {
+            change[i] = parameter[(size_t)k * (size_t)m->n_param + (size_t)i];
+            follows[i] = d->is_set[i] || change[i] != 0.0 ? 0.0 : 1.0;
+        }
+        memset(s->prepared, 0, (size_t)(hoisted + m->n_hoist) * sizeof *s->prepared);
+        memcpy(s->prepared, d->h, (size_t)m->n_hoist * sizeof *d->h);
+        s->kernel->prepare(s->p, s->prepared, s->prepare_work);
+        for (int j = 0; j < m->n_hoist; j++) {
+            lane_set(&q[j], k % BGC_LANE_WIDTH, changes[j]);
+        }
+    }
+    bgc_spread(hoisted, s->prepared, s->h);
+}
+
+/* The changes of the unknowns of the start, by the implicit function: J ds = -dr. */
+static bgc_status differentiate_start(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                      bgc_sensitivity_block *b) {
+    const int n = m->n_start;
+    lane *change = s->change + m->n_state + 1, *at = s->result;
+
+    m->start(d->h, d->core.t, d->u, d->start_at, d->start_change, d->start_jac, d->work);
+    memcpy(d->start_lu, d->start_jac, (size_t)n * (size_t)n * sizeof *d->start_lu);
+    if (bgc_factorise_dense(n, d->start_lu, d->start_pivot, d->start_magnitude) >= 0) {
+        return BGC_SINGULAR;
+    }
+    memset(s->change, 0, (size_t)(m->n_state + 1 + n) * sizeof *s->change);
+    bgc_spread(n, d->start_at, at);
+    s->kernel->start(s->h, lane_of(d->core.t), s->u, at, s->change, b->q, s->right, s->work);
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        for (int i = 0; i < n; i++) {
+            d->start_change[i] = -lane_get(s->right[i], l);
+        }
+        bgc_solve_dense(n, d->start_lu, d->start_pivot, d->start_change);
+        for (int i = 0; i < n; i++) {
+            lane_set(&change[i], l, d->start_change[i]);
+        }
+    }
+    s->kernel->started(s->h, lane_of(d->core.t), s->u, at, s->change, b->q, b->now, s->work);
+    return BGC_OK;
+}
+
+bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                   const double *parameter, const double *state) {
+    const size_t n = (size_t)m->n_state;
+    bgc_status status = BGC_OK;
+
+    prepare(m, d, s, parameter);
+    bgc_spread(m->n_input + m->n_switch, d->u, s->u);
+    s->jacobians = s->factorisations = -1;
+    s->event_at = -INFINITY;
+    for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
+        bgc_sensitivity_block *b = &s->block[k];
+        if (m->n_mass > 0) {
+            s->kernel->mass(s->h, b->q, b->mass, s->work);
+        }
+        if (m->n_start > 0) {
+            status = differentiate_start(m, d, s, b);
+        } else {
+            s->kernel->initial(s->h, lane_of(d->core.t), s->u, b->q, b->now, s->work);
+        }
+        for (int l = 0; l < BGC_LANE_WIDTH && k * BGC_LANE_WIDTH + l < s->count; l++) {
+            const double *own = state + (size_t)(k * BGC_LANE_WIDTH + l) * n;
+            for (size_t i = 0; i < n; i++) {
+                lane_set(&b->now[i], l, lane_get(b->now[i], l) + own[i]);
+            }
+        }
+        bgc_project_sensitivity(m, s, b, d->core.t, d->x, b->now);
+        b->has_dense = 0;
+    }
+    return status;
+}
+
+/* --- derivatives at the present ------------------------------------------------------------------ */
+
+void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x) {
+    const lane *now = s->block[k / BGC_LANE_WIDTH].now;
+
+    for (int i = 0; i < m->n_state; i++) {
+        x[i] = lane_get(now[i], k % BGC_LANE_WIDTH);
+    }
+}
+
+void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const double *x) {
+    lane *now = s->block[k / BGC_LANE_WIDTH].now;
+
+    for (int i = 0; i < m->n_state; i++) {
+        lane_set(&now[i], k % BGC_LANE_WIDTH, x[i]);
+    }
+}
+
+void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f) {
+    bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+
+    bgc_spread(m->n_state, d->x, s->x);
+    bgc_spread(m->n_input + m->n_switch, d->u, s->u);
+    memset(s->change, 0, (size_t)(m->n_state + 1) * sizeof *s->change);
+    s->kernel->rhs(s->h, lane_of(d->core.t), s->x, s->u, s->change, b->q, s->right, s->work);
+    for (int i = 0; i < m->n_state; i++) {
+        f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
+    }
+}

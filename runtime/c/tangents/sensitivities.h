@@ -1,0 +1,59 @@
+/* sensitivities.h: the derivatives of a run, and what its files share. */
+#ifndef BGC_SENSITIVITIES_H
+#define BGC_SENSITIVITIES_H
+
+#include "bgc_internal.h"
+#include "bgc_tangents.h"
+
+/* As many parameters as a register has lanes. */
+typedef struct {
+    lane *q, *mass;                    /* changes of h and of M */
+    lane *now;                         /* derivatives of the states at the present, */
+    lane *start, *end, *k;             /* and the dense output of the last step */
+    int has_dense;                     /* k is complete */
+    lane *jac, *dfdt;                  /* changes of the Jacobian at hand; with curvature: */
+    lane *at_jac;                      /* derivatives of the states where it was evaluated */
+    lane *delay;                       /* derivatives of the time of the last event */
+} bgc_sensitivity_block;
+
+struct bgc_sensitivities {
+    const bgc_tangent_model *kernel;
+    int count, blocks;
+    bgc_sensitivity_block *block;
+    void *allocated;
+
+    /* Values of the run, the same in all lanes. */
+    lane *h, *x, *u, *lu, *points;     /* points: of the stages */
+    lane *x_jac, *u_jac;               /* where the Jacobian was evaluated, at t_jac */
+    double t_jac;
+    long jacobians, factorisations;    /* of the run when the Jacobian and the factors were taken */
+
+    /* Scratch. */
+    lane *stages, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work;
+    double *p, *prepared, *prepare_work, *column, *rate, *rate_after;
+    int *pivot;
+    double *dense_mass;
+
+    double event_at; /* the last event that changed rates or states; -INFINITY: none */
+    double *slopes;  /* where the next row goes */
+};
+
+static inline void bgc_spread(int n, const double *from, lane *to) {
+    for (int i = 0; i < n; i++) {
+        to[i] = lane_of(from[i]);
+    }
+}
+
+/* --- tangent_dense.c: projects derivatives v of the states where states x are projected; derivatives at t
+ * inside the last step */
+void bgc_project_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
+                             double t, const double *x, lane *v);
+void bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                 bgc_sensitivity_block *b, double t, lane *out);
+
+/* --- tangent_steps.c, tangent_events.c: functions of a bgc_follower */
+bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *of, const bgc_method *method,
+                                  double t);
+bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of);
+
+#endif

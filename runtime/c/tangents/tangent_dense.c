@@ -1,0 +1,84 @@
+/* tangent_dense.c: derivatives of the dense output of the last step, and of projections. */
+#include "tangents/sensitivities.h"
+#include "interpolation.h"
+
+#include <string.h>
+
+/* Projects derivatives of the states, which are x, where states are projected. */
+void bgc_project_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
+                             double t, const double *x, lane *v) {
+    const size_t size = (size_t)m->n_state * sizeof *v;
+
+    if (m->project != NULL) {
+        bgc_spread(m->n_state, x, s->x);
+        memcpy(s->change, v, size);
+        s->change[m->n_state] = lane_of(0.0);
+        s->kernel->project(s->h, lane_of(t), s->x, s->change, b->q, v, s->work);
+    }
+}
+
+/* f's derivatives at an end of the last step, to s->right. */
+static void slope_at(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
+                     double t, const double *x, const lane *v) {
+    bgc_spread(m->n_state, x, s->x);
+    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
+    memcpy(s->change, v, (size_t)m->n_state * sizeof *v);
+    s->change[m->n_state] = lane_of(0.0);
+    s->kernel->rhs(s->h, lane_of(t), s->x, s->u, s->change, b->q, s->right, s->work);
+}
+
+/* The derivatives of the cubic Hermite polynomials of dense.c, whose own coefficients are in d->k. */
+static void complete_dense(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                           bgc_sensitivity_block *b) {
+    const int n = m->n_state;
+    const double h = d->core.t_end - d->core.t_old;
+    const double *own = d->k, *own2 = d->k + bgc_chunked(n);
+    lane *k1 = b->k, *k2 = k1 + n;
+
+    for (int end = 0; end < 2; end++) {
+        slope_at(m, d, s, b, end ? d->core.t_end : d->core.t_old, end ? d->y1 : d->y0,
+                 end ? b->end : b->start);
+        for (int j = 0; j < m->n_mass; j++) { /* (M^-1 f)' = M^-1 (f' - M' M^-1 f) */
+            const int i = m->mass_row[j];
+            if (i == m->mass_col[j] && d->inverse_mass[i] != 0.0) {
+                const double rise = d->y1[i] - d->y0[i];
+                const double slope = end ? rise - own2[i] - own[i] : rise + own[i];
+                s->right[i] -= b->mass[j] * (slope / h);
+            }
+        }
+        for (int i = 0; i < n; i++) {
+            const lane off = h * d->inverse_mass[i] * s->right[i] - (b->end[i] - b->start[i]);
+            const int smooth = own[i] != 0.0 || own2[i] != 0.0;
+            if (end) {
+                k2[i] = smooth ? -(k1[i] + off) : lane_of(0.0);
+            } else {
+                k1[i] = smooth ? off : lane_of(0.0);
+            }
+        }
+    }
+    memset(k2 + n, 0, (size_t)n * sizeof *k2);
+    b->has_dense = 1;
+}
+
+void bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                 bgc_sensitivity_block *b, double t, lane *out) {
+    const int n = m->n_state;
+    const double part = (t - d->core.t_old) / (d->core.t_end - d->core.t_old), r = 1.0 - part;
+    const size_t width = bgc_chunked(n);
+    const double *own = d->k;
+    const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
+
+    if (!b->has_dense) {
+        complete_dense(m, d, s, b);
+    }
+    for (int i = 0; i < n; i++) {
+        out[i] = r * b->start[i] + part * (b->end[i] + r * (k1[i] + part * (k2[i] + part * k3[i])));
+    }
+    if (m->project != NULL) {
+        for (int i = 0; i < n; i++) {
+            s->rate[i] = bgc_interpolated(part, d->y0[i], d->y1[i], own[i], own[width + (size_t)i],
+                                          own[2 * width + (size_t)i]);
+        }
+        bgc_project_sensitivity(m, s, b, t, s->rate, out);
+    }
+}

@@ -1,0 +1,226 @@
+/* tangent_steps.c: the stages of a step, differentiated, in the variables of methods.h:
+ *
+ *   W U_i' = f_x (y + sum a_ij U_j)' + f_p + g_i h (df/dt)' + J' U_i
+ *            + M sum c_ij U_j' / h + M' (sum c_ij U_j / h - U_i / (h gamma)),
+ *
+ * where ' is the derivative along the run by a parameter: W' U_i has gone to the right-hand side. */
+#include "tangents/sensitivities.h"
+
+#include <string.h>
+
+/* A step, its method and what is at hand. */
+typedef struct {
+    const bgc_tableau *tableau;
+    double t, h;
+    int implicit;
+} step;
+
+static const double *stage_of(const bgc_model *m, const bgc_data *d, int i) {
+    return d->stages + (size_t)i * bgc_chunked(m->n_state);
+}
+
+/* out = base + sum of weight_j v_j. */
+static void combine(int n, int count, const double *weight, const lane *vectors, const lane *base,
+                    lane *out) {
+    memcpy(out, base, (size_t)n * sizeof *out);
+    for (int j = 0; j < count; j++) {
+        const lane *v = vectors + (size_t)j * (size_t)n;
+        const int used = weight[j] != 0.0 ? n : 0;
+        for (int i = 0; i < used; i++) {
+            out[i] += weight[j] * v[i];
+        }
+    }
+}
+
+/* The points of the stages, and the inputs and factors of the step, to all lanes. */
+static void spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const step *of) {
+    const int n = m->n_state;
+
+    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
+    for (int i = 0; i < of->tableau->stages; i++) {
+        bgc_combine(n, i, of->tableau->a[i], d->stages, d->x, d->point);
+        bgc_spread(n, d->point, s->points + (size_t)i * (size_t)n);
+    }
+    if (of->implicit && s->kernel->solve != NULL && d->core.pivoting != BGC_DENSE &&
+        s->factorisations != d->core.counts.factorisations) {
+        bgc_spread(m->n_lu, d->lu, s->lu);
+        s->factorisations = d->core.counts.factorisations;
+    }
+}
+
+/* s->right := W^-1 s->right. Solutions that are to be checked are made one by one. */
+static bgc_status solve(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
+    bgc_status status = BGC_OK;
+
+    if (s->kernel->solve != NULL &&
+        (d->core.pivoting == BGC_STATIC || d->core.pivoting == BGC_CHECKED_ONCE)) {
+        s->kernel->solve(s->lu, s->right, s->solve_work);
+        return BGC_OK;
+    }
+    for (int l = 0; l < BGC_LANE_WIDTH && status == BGC_OK; l++) {
+        for (int i = 0; i < m->n_state; i++) {
+            s->column[i] = lane_get(s->right[i], l);
+        }
+        status = bgc_solve(m, d, s->column);
+        for (int i = 0; i < m->n_state; i++) {
+            lane_set(&s->right[i], l, s->column[i]);
+        }
+    }
+    return status;
+}
+
+/* --- the parts of a right-hand side ---------------------------------------------------------------- */
+
+/* The change of the Jacobian that the step has evaluated, if it has. */
+static void differentiate_jacobian(const bgc_model *m, bgc_sensitivities *s, bgc_sensitivity_block *b,
+                                   const step *of) {
+    memcpy(b->at_jac, b->now, (size_t)m->n_state * sizeof *b->now);
+    if (s->kernel->jacobian != NULL) {
+        memcpy(s->change, b->now, (size_t)m->n_state * sizeof *b->now);
+        s->change[m->n_state] = lane_of(0.0);
+        s->kernel->jacobian(s->h, lane_of(of->t), s->points, s->u, s->change, b->q, b->jac, b->dfdt,
+                            s->work);
+    }
+}
+
+/* s->right += J' U_i + slope (df/dt)'. */
+static void add_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
+                                   bgc_sensitivity_block *b, int i, double slope) {
+    const double *stage = stage_of(m, d, i);
+
+    if (s->kernel->jacobian != NULL) {
+        for (int k = 0; k < m->n_jac; k++) {
+            s->right[m->jac_row[k]] += stage[m->jac_col[k]] * b->jac[k];
+        }
+        for (int k = 0; k < m->n_state && slope != 0.0; k++) {
+            s->right[k] += slope * b->dfdt[k];
+        }
+        return;
+    }
+    memcpy(s->change, b->at_jac, (size_t)m->n_state * sizeof *s->change);
+    s->change[m->n_state] = lane_of(0.0);
+    bgc_spread(m->n_state, stage, s->along);
+    s->along[m->n_state] = lane_of(slope);
+    s->kernel->curvature(s->h, lane_of(s->t_jac), s->x_jac, s->u_jac, s->change, b->q, s->along,
+                         s->result, s->work);
+    for (int k = 0; k < m->n_state; k++) {
+        s->right[k] += s->result[k];
+    }
+}
+
+/* s->right += M sum c_ij U_j' / h + M' (sum c_ij U_j / h - U_i / (h gamma)). */
+static void add_earlier(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
+                        const step *of, int i) {
+    const int n = m->n_state;
+    double weight[BGC_MAX_STAGES];
+    lane *sum = s->along;
+
+    for (int j = 0; j < i; j++) {
+        weight[j] = of->tableau->c[i][j] / of->h;
+    }
+    combine(n, i, weight, s->stages, s->no_change, sum);
+    if (m->n_mass == 0) {
+        for (int k = 0; k < n; k++) {
+            s->right[k] += sum[k];
+        }
+        return;
+    }
+    weight[i] = -1.0 / (of->h * of->tableau->gamma);
+    bgc_combine(n, i + 1, weight, d->stages, NULL, d->point);
+    for (int k = 0; k < m->n_mass; k++) {
+        s->right[m->mass_row[k]] += d->mass[k] * sum[m->mass_col[k]] + b->mass[k] * d->point[m->mass_col[k]];
+    }
+}
+
+/* --- one step ------------------------------------------------------------------------------------ */
+
+/* s->stages[i] := U_i', with those before it at hand. */
+static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                      bgc_sensitivity_block *b, const step *of, int i) {
+    const int n = m->n_state;
+    const bgc_tableau *tableau = of->tableau;
+    bgc_status status = BGC_OK;
+
+    combine(n, i, tableau->a[i], s->stages, b->now, s->change);
+    s->change[n] = lane_of(0.0);
+    s->kernel->rhs(s->h, lane_of(of->t + tableau->alpha[i] * of->h), s->points + (size_t)i * (size_t)n,
+                   s->u, s->change, b->q, s->right, s->work);
+    if (of->implicit) {
+        add_change_of_jacobian(m, d, s, b, i, tableau->g[i] * of->h);
+        add_earlier(m, d, s, b, of, i);
+        status = solve(m, d, s);
+    } else {
+        for (int k = 0; k < n; k++) {
+            s->right[k] *= of->h;
+        }
+        for (int k = 0; k < m->n_mass; k++) {
+            s->right[m->mass_row[k]] -= stage_of(m, d, i)[m->mass_col[k]] * b->mass[k];
+        }
+        for (int k = 0; k < n; k++) {
+            s->right[k] *= d->inverse_mass[k];
+        }
+    }
+    memcpy(s->stages + (size_t)i * (size_t)n, s->right, (size_t)n * sizeof *s->right);
+    return status;
+}
+
+/* The derivatives at the end of the step, and its dense output, from the stages. */
+static void finish(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
+                   const step *of) {
+    const int n = m->n_state, stages = of->tableau->stages;
+
+    memcpy(b->start, b->now, (size_t)n * sizeof *b->now);
+    combine(n, stages, of->tableau->m, s->stages, b->start, b->end);
+    if (m->project != NULL) {
+        bgc_combine(n, stages, of->tableau->m, d->stages, d->x, d->point);
+        bgc_project_sensitivity(m, s, b, of->t + of->h, d->point, b->end);
+    }
+    b->has_dense = of->tableau->dense > 0;
+    for (int l = 0; l < BGC_MAX_DENSE && b->has_dense; l++) {
+        combine(n, stages, of->tableau->h[l], s->stages, s->no_change, b->k + (size_t)l * (size_t)n);
+    }
+}
+
+/* Before d->next, to which a step of the method leads, becomes the present at t. The counts, and how
+ * solutions are checked, stay those of the step. */
+bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
+                                  const bgc_method *method, double t) {
+    bgc_sensitivities *s = given;
+    const step of = {method->tableau, d->core.t_old, d->core.t_end - d->core.t_old,
+                     method->family->jacobian};
+    const int n = m->n_state, watched = d->core.watched, fresh = s->jacobians != d->core.counts.jacobians;
+    const bgc_pivoting pivoting = d->core.pivoting;
+    const bgc_counts counts = d->core.counts;
+    bgc_status status = BGC_OK;
+
+    if (of.tableau == NULL) {
+        return BGC_BAD_ARGUMENT;
+    }
+    spread_step(m, d, s, &of);
+    if (of.implicit && fresh) {
+        s->t_jac = of.t;
+        memcpy(s->x_jac, s->points, (size_t)n * sizeof *s->x_jac);
+        memcpy(s->u_jac, s->u, (size_t)(m->n_input + m->n_switch) * sizeof *s->u);
+        s->jacobians = counts.jacobians;
+    }
+    for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
+        bgc_sensitivity_block *b = &s->block[k];
+        bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
+        if (of.implicit && fresh) {
+            differentiate_jacobian(m, s, b, &of);
+        }
+        for (int i = 0; i < of.tableau->stages && status == BGC_OK; i++) {
+            status = differentiate_stage(m, d, s, b, &of, i);
+        }
+        finish(m, d, s, b, &of);
+        if (t == d->core.t_end) {
+            memcpy(b->now, b->end, (size_t)n * sizeof *b->now);
+        } else {
+            bgc_interpolate_sensitivity(m, d, s, b, t, b->now);
+        }
+    }
+    d->core.counts = counts;
+    d->core.watched = watched;
+    d->core.pivoting = pivoting;
+    return status;
+}

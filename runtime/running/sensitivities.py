@@ -1,0 +1,204 @@
+"""Sensitivities of a run: the derivatives of its rows by parameters and initial values.
+
+Steps are differentiated in C (`runtime/c/tangents`). The derivative of a start at rest is found
+here: by the implicit function where the equations of rest determine the state, and where they leave
+it free, as a ship's heading, by differences of the search for rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from bgc.building.backends import BACKENDS
+from bgc.diagnostics.catalogue.arguments import unknown_parameter
+from bgc.diagnostics.catalogue.sensitivities import not_followed, rest_not_followed
+from bgc.diagnostics.diagnostic import BgError
+from bgc.language.methods import METHODS
+from bgc.language.scene import Rest
+from bgc.language.solver import Solver
+from bgc.record_class import dataclass, replace
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.failures import require
+from bgc.runtime.running.loaded_model import LoadedModel
+from bgc.runtime.running.model_loading import load_as
+from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.rest import go_to_rest
+from bgc.runtime.running.rest_algebra import rank_of, row_scales, svd
+from bgc.runtime.running.structures import Status
+from bgc.runtime.running.tangent_interface import Tangents
+
+_PART = 1e-4  # of a parameter, for a difference of two states of rest
+_USE = "use a Rosenbrock or an explicit method: `rodas5p`, `ros34prw`, `rk4`"
+_DIFFERENCES = "run the model twice, with the parameter a little larger and a little smaller"
+
+_Model = TypeVar("_Model", bound=LoadedModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """A parameter, or a state by whose initial value a run is differentiated.
+
+    `number` is that of the parameter or the state.
+    """
+
+    name: str
+    unit: str
+    number: int
+    is_state: bool = False
+
+
+def followed(
+    model: _Model, method: Solver, names: Sequence[str]
+) -> tuple[_Model, tuple[Direction, ...]]:
+    """Find what a run is differentiated by, and the same model with its tangents.
+
+    Without names, the model is unchanged. Raises BgError: BG060 for an unknown name, BG784 for a
+    method, a start or a model that is not followed.
+    """
+    if not names:
+        return model, ()
+    directions = directions_of(model, names)
+    require_followed(model, method, directions)
+    return with_tangents(model), directions
+
+
+def with_tangents(model: _Model) -> _Model:
+    """Compile the same model with its tangents, or load it from the cache.
+
+    Raises BgError: BG784 for a model that has none.
+    """
+    info = model.library.model
+    rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
+    reasons = {
+        "the model has algebraic equations": len(rates) < info.n_state,
+        "the model has closed chains of rigid connections": model.library.has_chains,
+        "the model has sampled parts": model.library.is_sampled,
+        "states of the model jump, and it reads devices": model.library.has_jumps
+        and info.n_device > 0,
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise BgError([not_followed(reason, _DIFFERENCES)])
+    path, options = model.source_for("sensitivities")
+    found = load_as(type(model), path, replace(options, tangents=True), {})
+    found.parameters.take(model.parameters)
+    return found
+
+
+def directions_of(model: LoadedModel, names: Sequence[str]) -> tuple[Direction, ...]:
+    """Find parameters, all components of a vector, or states by name.
+
+    Raises BgError: BG060 for an unknown name; as for a value of a parameter that was compiled in.
+    """
+    numbers = {name: k for k, name in enumerate(model.parameters)}
+    states = {state.name: (k, state.unit) for k, state in enumerate(model.states)}
+    found: dict[str, Direction] = {}
+    for name in [names] if isinstance(names, str) else names:
+        own = [name] if name in numbers else [p for p in numbers if p.startswith(f"{name}[")]
+        for each in own:
+            found[each] = Direction(each, model.parameters.unit_of(each), numbers[each])
+        if not own and name in states:
+            number, unit = states[name]
+            found[name] = Direction(name, unit, number, is_state=True)
+        elif not own:
+            folded = {known.partition("[")[0] for known in model.parameters.folded}
+            if name in model.parameters.folded or name in folded:
+                model.parameters.unit_of(name)  # raises
+            raise BgError([unknown_parameter(name, [*numbers, *states])])
+    return tuple(found.values())
+
+
+def require_followed(model: LoadedModel, method: Solver, directions: Sequence[Direction]) -> None:
+    """Raise BG784 for a method or a start that sensitivities do not follow."""
+    name = method.name
+    if name in BACKENDS:
+        raise BgError([not_followed(f"`{name}` is a solver of another package", _USE)])
+    if not METHODS[name].family.lanes:
+        raise BgError([not_followed(f"the steps of `{name}` are not differentiated", _USE)])
+    rest = model.facts.rest_for(method.start)
+    if rest is None and (method.settle or model.facts.solver.settle):
+        reason = "`settle` brings fast modes to rest at the start"
+        raise BgError([not_followed(reason, "start at rest, or from given values")])
+    states = [d.name for d in directions if d.is_state]
+    if rest is not None and states:
+        reason = f"a start at rest has no initial value of `{states[0]}`"
+        raise BgError([not_followed(reason, "start from given values, or name a parameter")])
+
+
+def begin(
+    model: LoadedModel,
+    instance: Instance,
+    method: Solver,
+    parameters: Mapping[str, ParameterValue],
+    directions: Sequence[Direction],
+) -> Tangents:
+    """Find the derivatives at the start, of an instance of a model with tangents that is there."""
+    tangents = Tangents(instance, len(directions))
+    changes = np.zeros((len(directions), len(model.parameters)))
+    states = np.zeros((len(directions), len(model.states)))
+    for k, direction in enumerate(directions):
+        (states if direction.is_state else changes)[k, direction.number] = 1.0
+    rest = model.facts.rest_for(method.start)
+    if rest is None:
+        require(instance, tangents.start(changes, states), model.places)
+        return tangents
+    found = np.zeros_like(states)
+    varied = [list(model.parameters).index(name) for name in rest.vary]
+    for k, direction in enumerate(directions):
+        found[k], changes[k, varied] = _moved_rest(model, parameters, rest, direction, varied)
+    require(instance, tangents.start(changes, states), model.places)
+    tangents.states = _at_rest(instance, found, tangents.slopes())
+    return tangents
+
+
+def _moved_rest(
+    model: LoadedModel,
+    parameters: Mapping[str, ParameterValue],
+    rest: Rest,
+    direction: Direction,
+    varied: Sequence[int],
+) -> tuple[Array, Array]:
+    """Differences of the state of rest, and of the varied parameters, by a parameter."""
+    info = model.library.model.param[direction.number]
+    given = model.parameters.instance(parameters).parameter(direction.number)
+    step = _PART * (abs(given) or 1.0)
+    low, high = max(info.low, given - step), min(info.high, given + step)
+    ends = []
+    for value in (low, high):
+        instance = model.parameters.instance(parameters)
+        instance.set_parameter(direction.number, value)
+        status = instance.reset(checked=False)
+        try:
+            if status is Status.OK:
+                status, _ = go_to_rest(instance, rest)
+        except BgError as problem:
+            reason = f"at {value:g} {problem.diagnostics[0].message}"
+            raise BgError([rest_not_followed(direction.name, reason)]) from problem
+        require(instance, status, model.places)
+        ends.append((instance.state.copy(), np.array([instance.parameter(k) for k in varied])))
+    (first, before), (last, after) = ends
+    states: Array = (last - first) / (high - low)
+    return states, (after - before) / (high - low)
+
+
+def _at_rest(instance: Instance, changes: Array, slopes: Array) -> Array:
+    """Changes of a state of rest, corrected so that its rates remain zero to the first order.
+
+    `changes` are near, (directions, states); `slopes` are the changes of the rates with the state
+    held. The correction is the least one in the scales of the states.
+    """
+    status, jacobian, _ = instance.jacobian()
+    require(instance, status)
+    scale = instance.scale
+    matrix = jacobian * scale
+    rows = row_scales(matrix)
+    left, values, right = svd(matrix / rows[:, None], full=False)
+    count = rank_of(values, 0.0)
+    inverse = (right[:count].T / values[:count]) @ left[:, :count].T
+    remaining = (changes @ jacobian.T + slopes) / rows
+    found: Array = changes - (remaining @ inverse.T) * scale
+    return found
