@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from bgc.diagnostics.catalogue.accuracy import (
     limited_by_rounding,
     samples_over_budget,
     step_too_long,
 )
-from bgc.diagnostics.catalogue.closures import moved_positions
+from bgc.diagnostics.catalogue.closures import moved_positions, named_moves
 from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.diagnostic import Diagnostic, Severity
 from bgc.language.solver import Solver
@@ -21,7 +19,6 @@ from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.port_bounds import port_diagnostics
 
-_MOVED = 1e-6  # m, rad: less is the rounding of mounts in seven digits
 _ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
 
 
@@ -37,16 +34,18 @@ def run_warnings(model: LoadedModel, instance: Instance, method: Solver) -> Iter
 def start_warnings(model: LoadedModel, instance: Instance, method: Solver) -> Iterator[Diagnostic]:
     """Warn of sampled ports, and of given positions that close no chain, at the start of a run.
 
-    The codes are those of `port_diagnostics`, and BG551.
+    The codes are those of `port_diagnostics`, and BG551 where the compiler has not given it.
     """
     yield from port_diagnostics(instance, model.facts, model.places)
     if instance.library.has_chains and model.facts.rest_for(method.start) is None:
-        moves = instance.closing_moves()
-        order = [k for k in np.argsort(-np.abs(moves), kind="stable") if abs(moves[k]) > _MOVED]
-        given = model.facts.resting.given
-        shown = [(given[k] or model.states[k].name, moves[k], model.states[k].unit) for k in order]
+        names = (state.name for state in model.states)
+        units = (state.unit for state in model.states)
+        given, moves = model.facts.resting.given, instance.closing_moves()
+        shown = named_moves(zip(map(float, moves), given, names, units, strict=True))
         if shown:
-            yield moved_positions(shown)
+            warning = moved_positions(shown)
+            if warning.message not in {known.message for known in model.warnings}:
+                yield warning
 
 
 def turned_negative(model: LoadedModel, instance: Instance) -> Iterator[Diagnostic]:

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import bgc
+from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.linearising.operating_point import OpenedModel
 from bgc.runtime.running.failures import SimulationError
@@ -409,3 +410,19 @@ def test_rounded_angles_that_closing_a_chain_moves_are_named(load) -> None:
     assert warning.code == "BG551" and shown in warning.message
     with pytest.raises(bgc.BgError, match="BG736"):
         model.simulate(1e-3, parameters=angles | {"pin2.angle0": angles["pin2.angle0"] + 0.1})
+
+
+def test_rounded_positions_of_a_model_are_named_where_it_is_compiled(tmp_path: Path) -> None:
+    """Exports therefore name them too; a run does not say it again, and a start at rest not."""
+    wrong = Path(__file__).parents[1] / "wrong" / "chain_that_moves_a_given_flow.bg"
+    text = wrong.read_text().replace("mass_y : I(2 kg)", "mass_y : I(2 kg, f0 = 0.75 m/s)")
+    text = text.replace("-0.8 m", "-0.80005 m")
+    path = tmp_path / "pendulum.bg"
+    path.write_text(text)
+    model = bgc.compile(path)
+    (warning,) = model.warnings
+    assert warning.code == "BG551"
+    assert warning.message.endswith("`y` by 3.2e-05 m, `x` by -2.4e-05 m")
+    assert not model.simulate(1e-3).warnings
+    path.write_text(text.replace("run 1 s;", "start rest; run 1 s;"))
+    assert not compile_scene(path, Options(), until="equations").warnings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from bgc.diagnostics.catalogue import Values, error, listed, underlined, warning
 from bgc.diagnostics.catalogue.causality import Connection
@@ -10,6 +10,7 @@ from bgc.diagnostics.diagnostic import Fault, Label
 from bgc.diagnostics.source import Span
 
 _LISTED = 12  # states that a message lists
+_MOVED = 1e-6  # m, rad: less is the rounding of mounts in seven digits
 
 
 @error(
@@ -94,6 +95,18 @@ def moved_positions(moves: Sequence[tuple[str, float, str]]) -> Values:
     shown = [f"`{name}` by {move:.3g} {unit}" for name, move, unit in moves[:3]]
     more = f" and {len(moves) - 3} more" if len(moves) > 3 else ""
     return {"shown": ", ".join(shown), "more": more}
+
+
+def named_moves(
+    moves: Iterable[tuple[float, str, str, str]],
+) -> list[tuple[str, float, str]]:
+    """The moves of states that are more than rounding, the largest first, for `moved_positions`.
+
+    Each move is given with the name of the given value, or an empty one, and the name and unit of
+    the state.
+    """
+    found = [(given or name, x, unit) for x, given, name, unit in moves if abs(x) > _MOVED]
+    return sorted(found, key=lambda move: -abs(move[1]))
 
 
 @error(

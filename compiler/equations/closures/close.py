@@ -46,6 +46,7 @@ from bgc.equations.closures.multipliers import (
     settled,
 )
 from bgc.equations.closures.start_check import require_given
+from bgc.equations.start.given import given_names
 from bgc.equations.variables.definitions import Variables
 from bgc.ir.defaults import default_values, program_values
 from bgc.ir.graph import Node
@@ -115,7 +116,7 @@ class _Closing:
         made = replace(
             made,
             closures=self._closures(chosen, selectors),
-            warnings=(*program.warnings, *self._warn(dropped)),
+            warnings=(*program.warnings, *self._warn(dropped), *self._warn_of_moves(start)),
         )
         self._require_kept(points, made)
         rounded = start != start_of(program, start)
@@ -372,6 +373,23 @@ class _Closing:
             return []
         chain = self._chain(dropped)
         return [catalogue.redundant_rows(chain.span, chain.names, len(dropped))]
+
+    def _warn_of_moves(self, start: Point) -> list[Diagnostic]:
+        """Name the given positions that closing the chains moves, for the parameters of the scene.
+
+        A start at rest moves them anyway.
+        """
+        program = self._program
+        if program.scene.rest is not None:
+            return []
+        before, states = start_of(program, start), program.states
+        symbols = [Symbol(Kind.STATE, k) for k in range(len(states))]
+        given = given_names(self._graph, [state.name for state in states])
+        shown = catalogue.named_moves(
+            (start[symbol] - before[symbol], name, state.name, state.unit)
+            for symbol, name, state in zip(symbols, given, states, strict=True)
+        )
+        return [catalogue.moved_positions(shown)] if shown else []
 
 
 def _is_lasting(
