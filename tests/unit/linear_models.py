@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 from model_files import model_text
 
-from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.runtime.linearising.operating_point import OpenedModel
@@ -52,8 +50,3 @@ def state_space(A, E=None, output=0) -> Linearisation:
         outputs=(names[output],), units=dict.fromkeys((*names, "u"), ""),
         point=np.zeros(n), time=0.0,
     )  # fmt: skip
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code

@@ -26,3 +26,9 @@ def refusal(function: Callable[..., Any], *arguments: Any, **options: Any) -> Di
 def codes_of(function: Callable[..., Any], *arguments: Any, **options: Any) -> list[str]:
     """The codes of the diagnostics with which a call is refused."""
     return [diagnostic.code for diagnostic in refusals(function, *arguments, **options)]
+
+
+def code_of(caught: pytest.ExceptionInfo[BgError]) -> str:
+    """The code of the only diagnostic of an error that was caught."""
+    (diagnostic,) = caught.value.diagnostics
+    return diagnostic.code

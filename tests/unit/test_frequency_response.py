@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from linear_models import TWO_MASSES, code_of, linear, state_space
-from refusals import refusal
+from linear_models import TWO_MASSES, linear, state_space
+from refusals import code_of, refusal
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.frequency import frequency_response

@@ -15,11 +15,11 @@ from linear_models import (
     MODELS,
     TWO_MASSES,
     D,
-    code_of,
     linear,
     opened,
     state_space,
 )
+from refusals import code_of
 from scipy import signal
 
 import bgc

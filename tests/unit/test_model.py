@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import code_of, refusal
 
 import bgc
 from bgc.building.build import Unit, build_shared_object
@@ -40,11 +40,6 @@ def library(tmp_path_factory) -> Path:
 @pytest.fixture
 def model(library) -> Model:
     return Model(Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0)))
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code
 
 
 # --- simulation -------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import code_of, refusal
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.scene import Plot
@@ -32,11 +32,6 @@ def make(names: dict[str, str], time: np.ndarray = TIME) -> Result:
 @pytest.fixture
 def result() -> Result:
     return make({"tip[2]": "m", "tip[1]": "m", "force": "N", "tip.z": "m"})
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code
 
 
 # --- columns --------------------------------------------------------------------------------

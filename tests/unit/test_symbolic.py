@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 import sympy
-from refusals import refusal
+from refusals import code_of, refusal
 from symbolic_models import GEARBOX, QUARTER_CAR, RLC, TANKS, chain, symbolic, symbols
 from sympy import ZZ
 from sympy.polys.rings import PolyElement, ring
@@ -20,12 +20,6 @@ from bgc.symbolic.determinants import Budget, determinant_factors
 from bgc.symbolic.factors import common_factor, divided, split
 from bgc.symbolic.quotients import Field
 from bgc.symbolic.roots import numeric_roots
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code
-
 
 # --- equations --------------------------------------------------------------------------------
 

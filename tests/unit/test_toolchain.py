@@ -3,7 +3,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from refusals import refusal
+from refusals import code_of, refusal
 
 from bgc.building import toolchain
 from bgc.building.toolchain import (
@@ -23,11 +23,6 @@ def bare_machine(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(toolchain, "find_spec", lambda name: None)
     return tmp_path
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code
 
 
 def install(folder: Path, name: str, says: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy
 from matplotlib.mathtext import MathTextParser
-from refusals import refusal
+from refusals import code_of, refusal
 from symbolic_models import GEARBOX, QUARTER_CAR, RLC, TANKS, TWINS, chain, symbolic, symbols
 from sympy.parsing.latex import parse_latex
 
@@ -25,11 +25,6 @@ from bgc.symbolic.transfer_text import transfer_lines, transfer_tables
 
 MODELS = Path(__file__).parents[1] / "models"
 s = sympy.Symbol("s")
-
-
-def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
-    (diagnostic,) = error.value.diagnostics
-    return diagnostic.code
 
 
 # --- textbooks --------------------------------------------------------------------------------
