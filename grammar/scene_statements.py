@@ -83,7 +83,10 @@ _ROWS = (
         "set",
         "Gives a parameter or constant another value.",
         form="a parameter is set by `set part.name = value;`",
-        doc=("One component too: `set M[1, 2] = 0;`. On the command line: `--set`.",),
+        doc=(
+            "One component too: `set M[1, 2] = 0;`, and a dimension: `set boom.n = 4;`. On the "
+            "command line: `--set`.",
+        ),
         example="set crane.boom.mass = 7 t;",
         related=("param", "use"),
         node=syntax.Set,

@@ -217,10 +217,17 @@ def _flat_graph(
             for (path, name), file in package.data.items()
         ),
         shapes=tuple(drawn.uses),
-        parts=tuple(Part(i.path, i.declared.syntax.name, i.span) for i in wiring.instances),
+        parts=tuple(map(_part, wiring.instances)),
     )
     refuse_held_early(graph)
     return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))
+
+
+def _part(instance: Instance) -> Part:
+    declared, sizes = instance.kinds[0]
+    formals = (formal.name for formal in declared.syntax.formals)
+    dims = tuple(zip(formals, sizes, strict=True))
+    return Part(instance.path, declared.syntax.name, instance.span, dims)
 
 
 def check_file_values(package: Package) -> tuple[Diagnostic, ...]:

@@ -418,11 +418,15 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """An instance of a model, the scene's own with an empty path; `span` declares it."""
+    """An instance of a model, the scene's own with an empty path; `span` declares it.
+
+    `dims` are the names of its model's dimensions, with their sizes.
+    """
 
     path: str
     model: str
     span: Span
+    dims: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

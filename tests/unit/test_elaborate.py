@@ -6,6 +6,7 @@ import pytest
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
 from bgc.ir.graph import FlatGraph, Resistor
 from bgc.resolution.resolve import load_text
@@ -180,3 +181,44 @@ def test_recursion_ends_by_a_dimension():
       model M { s : Se(e = 1); tree : Tree[4]; s -> tree; }
     """
     assert sum(isinstance(e, Resistor) for e in flat(text).elements) == 4
+
+
+CHAIN = """
+interface Train[n] { port a in; }
+model Springs[n = 4] is Train[n] {
+  port a in;
+  for i in 1..n { gap[i] : J0; spring[i] : C(i); gap[i] -> spring[i]; }
+  a -> gap[1];
+  for i in 2..n { gap[i - 1] -> gap[i]; }
+}
+model Wide[k = 2] { train : Train[k] = Springs[k]; own : Springs[5]; push : Sf[2](f = [1, 1]);
+  split : Demux[1, 1]; push -> split; split -> train.a, own.a; }
+"""
+
+
+def sizes(graph: FlatGraph) -> dict[str, tuple[tuple[str, int], ...]]:
+    return {part.path: part.dims for part in graph.parts if part.dims}
+
+
+def test_a_scene_sets_a_dimension_of_any_part():
+    """The command line too, and whether the size is written or the model's own."""
+    text = f"{CHAIN} scene s of Wide {{ set own.n = 3; set k = 2; run 1 s; }}"
+    found = sizes(flat(text))
+    assert found == {"": (("k", 2),), "train": (("n", 2),), "own": (("n", 3),)}
+    found = sizes(flat(text, **{"k": "1 + 2", "own.n": "1"}))
+    assert found == {"": (("k", 3),), "train": (("n", 3),), "own": (("n", 1),)}
+
+
+@pytest.mark.parametrize(
+    ("setting", "code"),
+    [
+        ("own.n = 2.5", "BG331"),
+        ("own.n = -1", "BG331"),
+        ("own.m = 2", "BG210"),
+        ("train.n = 3", "BG417"),  # the slot is a Train[2]
+    ],
+)
+def test_a_wrong_dimension_is_refused(setting, code):
+    with pytest.raises(BgError) as caught:
+        flat(f"{CHAIN} scene s of Wide {{ set {setting}; run 1 s; }}")
+    assert code in [diagnostic.code for diagnostic in caught.value.diagnostics]

@@ -86,9 +86,22 @@ class Builder:
         instance = Instance(path, declared, parent, depth, span)
         if home is not None:
             home.instance = instance
+        dims = self._with_set(instance, declared.syntax, dims)
         self._enter_model(instance, declared, dims, arguments)
         self._check_arguments(instance, arguments)
         return instance
+
+    def _with_set(
+        self, instance: Instance, model: syntax.Model, dims: tuple[int, ...]
+    ) -> tuple[int, ...]:
+        """Replace the dimensions that a scene sets: `set boom.n = 4;`."""
+        found = []
+        for formal, size in zip(model.formals, dims, strict=True):
+            given = self.world.edits.take("sets", instance.within(formal.name))
+            if given is not None:
+                size = self.world.whole(given.value, given.env, "a dimension", 0, MAX_WIDTH)
+            found.append(size)
+        return tuple(found)
 
     def _enter_model(
         self,
