@@ -60,6 +60,7 @@ from bgc.passivity.passive_laws import check_physics
 from bgc.record_class import dataclass, replace
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
+from bgc.resolution.scene_digest import check_proof
 from bgc.slicing.divisors import with_divisor_checks
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.port_analysis import force_facts, port_facts
@@ -209,6 +210,7 @@ def _stages(
         options.drives,
     )
     graph = with_accounts(graph) if options.audited else graph
+    graph = replace(graph, warnings=(*graph.warnings, *check_proof(package, options.scene)))
     graph = prepare(graph) if prepare else graph
     yield "elaborate", {"graph": graph, "warnings": graph.warnings}
 

@@ -302,6 +302,20 @@ _ROWS = (
             ),
         ),
     ),
+    SceneStatement(
+        "proof",
+        "Identifies the extended scene as it was when both were compared.",
+        form='a proof is `proof "3f2a91c04d7e";`',
+        doc=(
+            "`bgc reduce` writes it. `bgc check` warns where the scene that this one extends, or "
+            "anything that it uses, has changed since.",
+        ),
+        example='proof "3f2a91c04d7e";',
+        related=("is", "require", "BG097"),
+        reserved=Reserved.NOWHERE,
+        node=syntax.Proof,
+        key="",
+    ),
 )
 
 SCENE_STATEMENTS: Mapping[str, SceneStatement] = MappingProxyType({row.word: row for row in _ROWS})

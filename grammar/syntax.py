@@ -504,8 +504,16 @@ class Start:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """`proof "3f2a91c04d7e";`: the scene that this one extends, when both were compared."""
+
+    digest: str
+    span: Span
+
+
 SceneItem: TypeAlias = (
-    Use | Set | Device | Drive | Observe | Plot | Require | Keep | Solver | Fact | Start
+    Use | Set | Device | Drive | Observe | Plot | Require | Keep | Solver | Fact | Start | Proof
 )
 
 # --- declarations -----------------------------------------------------------------------

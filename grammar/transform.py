@@ -365,6 +365,8 @@ class _Transform(ExpressionTransform):
                 return [syntax.Solver(str(name), self.arguments(arguments), span)]
             case "start":
                 return [self._start(tree)]
+            case "proof":
+                return [syntax.Proof(str(children[1])[1:-1], span)]
         return [self._fact(SCENE_STATEMENTS[tree.data], children, span)]
 
     def _fact(self, row: SceneStatement, children: list[Any], span: Span) -> syntax.Fact:

@@ -122,7 +122,7 @@ BESIDE = {
     ),
     "values given to a run, a command or a study, or in a file beside the model": (
         "ahead asserts cost data_files files inputs observables operability optimise realtime "
-        "scenes stress study world"
+        "reduce scenes stress study world"
     ),
     "how messages are shown, looked up, counted or made errors": (
         "campaigns catalogue cli commands doc notebook render strict warnings warnings_of_values"

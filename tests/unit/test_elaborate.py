@@ -6,7 +6,6 @@ import pytest
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
 from bgc.ir.graph import FlatGraph, Resistor
 from bgc.resolution.resolve import load_text
@@ -207,18 +206,3 @@ def test_a_scene_sets_a_dimension_of_any_part():
     assert found == {"": (("k", 2),), "train": (("n", 2),), "own": (("n", 3),)}
     found = sizes(flat(text, **{"k": "1 + 2", "own.n": "1"}))
     assert found == {"": (("k", 3),), "train": (("n", 3),), "own": (("n", 1),)}
-
-
-@pytest.mark.parametrize(
-    ("setting", "code"),
-    [
-        ("own.n = 2.5", "BG331"),
-        ("own.n = -1", "BG331"),
-        ("own.m = 2", "BG210"),
-        ("train.n = 3", "BG417"),  # the slot is a Train[2]
-    ],
-)
-def test_a_wrong_dimension_is_refused(setting, code):
-    with pytest.raises(BgError) as caught:
-        flat(f"{CHAIN} scene s of Wide {{ set {setting}; run 1 s; }}")
-    assert code in [diagnostic.code for diagnostic in caught.value.diagnostics]

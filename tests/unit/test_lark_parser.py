@@ -105,7 +105,7 @@ def test_words_are_names_where_they_have_no_meaning() -> None:
 
 
 SOFT = (
-    *("is", "start", "rest", "hold", "vary", "shape", "at", "from", "to", "colour"),
+    *("is", "start", "rest", "hold", "vary", "shape", "at", "from", "to", "colour", "proof"),
     *("when", "reset", "sample", "next", "offset"),
 )
 
@@ -123,11 +123,11 @@ def test_a_soft_word_is_a_name_everywhere(word: str) -> None:
       observe {word} as {word}_flow, {word}.e in deg; plot {word}; set {word} = 3; set {word}.x = 1;
       drive {word} = 2; keep {word}; start rest hold {word}, {word}.q vary {word}; run 1 s;
     }}
-    scene other is {word} {{ run 1 s; }}"""
+    scene other is {word} {{ run 1 s; proof "1f"; }}"""
     file, tokens, found = parse_with_tokens(Source("test.bg", text))
     assert not found
     kinds = [token.type for token in tokens if str(token) == word]
-    own = {"shape": 2, **dict.fromkeys(("is", "start", "rest", "hold", "vary"), 1)}
+    own = {"shape": 2, **dict.fromkeys(("is", "start", "rest", "hold", "vary", "proof"), 1)}
     own |= dict.fromkeys(("at", "from", "to", "colour"), 1)
     assert kinds.count(word.upper()) == own.get(word, 0)
     assert {*kinds} <= {"NAME", word.upper()}

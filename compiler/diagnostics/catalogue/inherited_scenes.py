@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import Values, error, info, listed, nearest
+from bgc.diagnostics.catalogue import Values, error, info, listed, nearest, warning
 from bgc.diagnostics.source import Span
 
 
@@ -45,3 +45,16 @@ def statement_dropped(span: Span, what: str, path: str, slot: str) -> None: ...
     "let the scenes extend one common scene",
 )
 def too_many_bases(span: Span, most: int) -> None: ...
+
+
+@warning(
+    "BG271: scene `{base}`, or something that it uses, has changed since {scene:scene} was "
+    "compared with it",
+    "run `bgc reduce` again on `{base}`",
+)
+def changed_since_proof(span: Span, base: str, scene: str) -> None: ...
+@warning(
+    "BG272: {scene:scene} extends no scene that its `proof` could be about",
+    "write `scene {scene} is other { .. }`, or remove the statement",
+)
+def proof_without_base(span: Span, scene: str) -> None: ...
