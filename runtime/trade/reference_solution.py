@@ -62,6 +62,7 @@ def find_reference(
     instants: Instants,
     solve: Solve,
     seconds: float,
+    enough: float = _ROUNDING,
 ) -> Reference:
     """Tighten the tolerances of two methods as long as that improves their agreement.
 
@@ -80,6 +81,8 @@ def find_reference(
         Runs a method of the model to the instants.
     seconds
         The approximate time for all runs.
+    enough
+        The agreement from which on no tighter tolerance is tried, scaled as combined errors are.
 
     Raises
     ------
@@ -110,7 +113,7 @@ def find_reference(
         found.append(level)
         best = min(found, key=lambda level: level.accuracy)
         # The next level takes about three times as long as this one.
-        if best.accuracy < _ROUNDING or end - time.monotonic() < 6 * _seconds(level):
+        if best.accuracy < enough or end - time.monotonic() < 6 * _seconds(level):
             break
     if not found:
         raise BgError([no_reference(reasons)])

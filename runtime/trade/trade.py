@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,43 +12,40 @@ from bgc.diagnostics.catalogue.arguments import bad_option, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.public import public_class, public_function
-from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED, default_method
+from bgc.language.methods import METHODS, SWITCHING, SWITCHING_FIXED
 from bgc.language.solver import Solver
-from bgc.options import Options
 from bgc.printing.text_tables import Table
-from bgc.runtime.measuring.judging import Accuracy, duration_of
+from bgc.runtime.measuring.judging import duration_of
 from bgc.runtime.measuring.measured_store import open_store
 from bgc.runtime.measuring.timed_run import Budget, machine_description
 from bgc.runtime.results.html import figure_html, table_html
-from bgc.runtime.results.observables import columns_named, in_column_unit
 from bgc.runtime.running.loaded_model import LoadedModel
-from bgc.runtime.running.model_loading import load_model
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.quantity import Quantity, in_si, read_quantity
+from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.recommendation import keep_recommendation
-from bgc.runtime.running.rows import row_times
 from bgc.runtime.trade.configurations import (
     KEEPS,
     RTOLS,
-    Configuration,
-    round_step,
     scene_configurations,
-    step_ladder,
 )
-from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, judge
+from bgc.runtime.trade.goal import loaded_model, requirers, with_goal
+from bgc.runtime.trade.judge import Target, judge
 from bgc.runtime.trade.measured_variants import ACTIVITY, audited, chosen_variants, measure_variants
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference_solution import Reference
 from bgc.runtime.trade.trade_result import TradeResult
-from bgc.runtime.trade.trade_session import FOR_REPETITIONS, FOR_VARIANTS, TradeSession
+from bgc.runtime.trade.trade_session import (
+    FOR_REPETITIONS,
+    FOR_VARIANTS,
+    REPEATS,
+    open_session,
+)
 from bgc.runtime.trade.trade_tables import records, write_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BUDGET = 300.0  # s
-REPEATS = 3
-_TYPICAL_RTOL = 1e-6
 
 
 @public_class
@@ -167,28 +163,20 @@ def trade(
     deadline = in_si(deadline, "deadline", "s")
     lengths = () if steps is None else [in_si(step, "steps", "s") or 0.0 for step in steps]
     clock = Budget(budget)
-    loaded = _loaded(model, scene, parameters, uses)
-    asked = _asked(loaded, within or {}, deadline)
+    loaded = loaded_model(model, scene, parameters, uses)
+    asked = with_goal(loaded, within or {}, deadline)
     own_goal = asked.facts == loaded.facts and not faster_than
-    required_by, loaded, facts = _required_by(loaded, asked), asked, asked.facts
+    required_by, loaded, facts = requirers(loaded, asked), asked, asked.facts
     end = duration_of(loaded, duration, nothing_to_measure)
     _check(rtols, lengths, keeps, budget, deadline, faster_than)
     adaptive, fixed = adaptive_and_fixed(loaded, solvers)
-    session = TradeSession(
-        model=loaded,
-        duration=end,
-        accuracy=Accuracy(DEFAULT_ACCURACY, facts.requirements),
-        store=open_store(loaded, end, facts.every, fresh=fresh),
-        budget=clock,
-        progress=progress,
-        times=row_times(end, facts.every, None, len(loaded.measured)),
-        repeats=repeats,
-        audited=audited(loaded),
-    )
+    store = open_store(loaded, end, facts.every, fresh=fresh)
+    session = open_session(loaded, end, clock, store, repeats=repeats, progress=progress)
+    session.audited = audited(loaded)
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
     target = replace(session.target(reference), faster_than=faster_than, required_by=required_by)
-    ladder = _ladder(session, reference) if steps is None and fixed else tuple(lengths)
+    ladder = session.step_ladder(reference) if steps is None and fixed else tuple(lengths)
     configurations = scene_configurations(
         adaptive,
         fixed,
@@ -231,48 +219,6 @@ def trade(
     )
 
 
-def _loaded(
-    model: str | Path | LoadedModel,
-    scene: str | None,
-    parameters: Mapping[str, ParameterValue] | None,
-    uses: Mapping[str, str] | None,
-) -> LoadedModel:
-    if isinstance(model, LoadedModel):
-        if scene or parameters or uses:
-            raise ValueError("give the scene, parameters and uses of a model to `bgc.compile`")
-        return model
-    options = Options(scene, uses=tuple((uses or {}).items()))
-    return load_model(Path(model), options, parameters or {})
-
-
-def _asked(
-    model: LoadedModel, within: Mapping[str, Quantity], deadline: float | None
-) -> LoadedModel:
-    """The model with other required accuracies and another deadline, s, where they are given.
-
-    Raises BgError: BG065 for an unknown column, BG062, BG063 and BG066 for its accuracy.
-    """
-    facts, required = model.facts, dict(model.facts.requirements)
-    columns = {v.name: (v.unit, v.shown) for v in model.measured}
-    for name, value in within.items():
-        for column in columns_named(name, columns):
-            unit = "" if columns[column][0] == "1" else columns[column][0]
-            required[column] = in_column_unit(str(value), f"within {name}", unit, read_quantity)
-            if not required[column] > 0:
-                raise BgError([bad_option(f"within {name}", value, "a positive number")])
-    asked = copy(model)
-    deadline = facts.deadline if deadline is None else deadline
-    asked.facts = replace(facts, requirements=tuple(required.items()), deadline=deadline)
-    return asked
-
-
-def _required_by(model: LoadedModel, asked: LoadedModel) -> tuple[str, ...]:
-    """Name what gives the required accuracies of `asked`: the scene, the command, or both."""
-    own, all_ = {*model.facts.requirements}, {*asked.facts.requirements}
-    found = {"require": own & all_, "--within": all_ - own}
-    return tuple(name for name, required in found.items() if required)
-
-
 def _check(
     rtols: Sequence[float],
     steps: Sequence[float],
@@ -311,16 +257,6 @@ def adaptive_and_fixed(
     chosen = usual if solvers is None else [name for name in known if name in solvers]
     fixed = [name for name in chosen if Solver(name).fixed]
     return [name for name in chosen if name not in fixed], fixed
-
-
-def _ladder(session: TradeSession, reference: Reference) -> tuple[float, ...]:
-    """List steps around the scene's, or around the mean step of the adaptive default."""
-    step = session.model.facts.step
-    if step is None:
-        adaptive = default_method(fixed=False)
-        row = session.measured(Configuration(adaptive, rtol=_TYPICAL_RTOL), reference)
-        step = round_step(session.duration / max(row.counts.get("steps", 1000.0), 1.0))
-    return step_ladder(step, session.duration)
 
 
 def _warnings(

@@ -5,21 +5,25 @@ from __future__ import annotations
 import statistics
 from collections.abc import Callable, Sequence
 
+from bgc.language.methods import default_method
 from bgc.language.solver import Solver
 from bgc.record_class import dataclass, replace
 from bgc.runtime.measuring.agreement import METHODS, RTOLS
 from bgc.runtime.measuring.instants import instants_of
-from bgc.runtime.measuring.judging import combined
+from bgc.runtime.measuring.judging import Accuracy, combined
+from bgc.runtime.measuring.measured_store import Store
 from bgc.runtime.measuring.session import Session
-from bgc.runtime.measuring.timed_run import Run, paced_times, timed_run
+from bgc.runtime.measuring.timed_run import Budget, Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.progress import ProgressBar, tracked
-from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.judge import Target, front
+from bgc.runtime.running.rows import row_times
+from bgc.runtime.trade.configurations import Configuration, round_step, step_ladder
+from bgc.runtime.trade.judge import DEFAULT_ACCURACY, Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, SKIPPED, Measurement
 from bgc.runtime.trade.reference_solution import Reference, find_reference
 
+REPEATS = 3  # of configurations on or near the front, by default
 _REFERENCE_SHARE = 0.4  # of the remaining budget, for the reference
 _INSTANTS_SHARE = 0.1  # of the remaining budget, to find where to compare
 _AT_LEAST = 5.0  # s that any configuration may take
@@ -41,13 +45,15 @@ class TradeSession(Session):
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
     Measuring leaves `reserve` s of the budget. `audited` is the model with energy accounts, if the
-    model itself has none.
+    model itself has none. `enough` is the accuracy that a reference need not exceed; without it, a
+    reference is as accurate as its share of the budget permits.
     """
 
     times: Array
     repeats: int
     audited: LoadedModel | None = None
     reserve: float = 0.0
+    enough: float | None = None
 
     def reserve_share(self, share: float) -> None:
         """Reserve a share of the remaining budget."""
@@ -77,7 +83,8 @@ class TradeSession(Session):
 
             requirements = dict(self.accuracy.requirements)
             share = _REFERENCE_SHARE * self.left
-            return find_reference(self.model, requirements, instants, solve, share)
+            enough = {} if self.enough is None else {"enough": self.enough}
+            return find_reference(self.model, requirements, instants, solve, share, **enough)
 
     def target(self, reference: Reference) -> Target:
         """Collect the demands of the scene."""
@@ -91,6 +98,14 @@ class TradeSession(Session):
             verified=reference.converged,
             settle=facts.solver.settle,
         )
+
+    def step_ladder(self, reference: Reference) -> tuple[float, ...]:
+        """List steps, s, around the scene's, or around the mean step of the adaptive default."""
+        step = self.model.facts.step
+        if step is None:
+            row = self.measured(Configuration(default_method(fixed=False), rtol=1e-6), reference)
+            step = round_step(self.duration / max(row.counts.get("steps", 1000.0), 1.0))
+        return step_ladder(step, self.duration)
 
     def measure(
         self,
@@ -284,6 +299,29 @@ class TradeSession(Session):
             worst_sample=median("worst_sample_seconds") if self._sampled else 0.0,
             repeats=len(runs),
         )
+
+
+def open_session(
+    model: LoadedModel,
+    duration: float,
+    budget: Budget,
+    store: Store,
+    *,
+    repeats: int = REPEATS,
+    progress: bool = False,
+) -> TradeSession:
+    """Open the session of a scene with the requirements of its facts; `duration` is in s."""
+    facts = model.facts
+    return TradeSession(
+        model=model,
+        duration=duration,
+        accuracy=Accuracy(DEFAULT_ACCURACY, facts.requirements),
+        store=store,
+        budget=budget,
+        progress=progress,
+        times=row_times(duration, facts.every, None, len(model.measured)),
+        repeats=repeats,
+    )
 
 
 def _why_no_finer(row: Measurement, coarser: Measurement | None, target: Target) -> str:
