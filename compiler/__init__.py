@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bgc.runtime import control
     from bgc.runtime.compiling import compile_model as compile
     from bgc.runtime.model import Model
+    from bgc.runtime.reduce.reduce import Reduction, reduce
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.results.result import Result
     from bgc.runtime.running.failures import SimulationError
@@ -27,11 +28,13 @@ __all__ = [
     "BgWarning",
     "Ensemble",
     "Model",
+    "Reduction",
     "Result",
     "SimulationError",
     "Trade",
     "compile",
     "control",
+    "reduce",
     "trade",
 ]
 
@@ -41,11 +44,13 @@ _HOMES = {
     "BgError": ("bgc.diagnostics.diagnostic", "BgError"),
     "Ensemble": ("bgc.runtime.results.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),
+    "Reduction": ("bgc.runtime.reduce.reduce", "Reduction"),
     "Result": ("bgc.runtime.results.result", "Result"),
     "SimulationError": ("bgc.runtime.running.failures", "SimulationError"),
     "Trade": ("bgc.runtime.trade.trade", "Trade"),
     "compile": ("bgc.runtime.compiling", "compile_model"),
     "control": ("bgc.runtime.control", ""),  # the module itself
+    "reduce": ("bgc.runtime.reduce.reduce", "reduce"),
     "trade": ("bgc.runtime.trade.trade", "trade"),
     "load_ipython_extension": ("bgc.runtime.magic", "load_ipython_extension"),
 }

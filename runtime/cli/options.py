@@ -112,6 +112,17 @@ Budget = Annotated[
     float,
     option("Longest time for the measurements.", type=SECONDS, default="120 s", show_default=True),
 ]
+Within = Annotated[
+    tuple[tuple[str, str], ...],
+    option(
+        'Largest error of an observed value: "tip_height: 1 mm". May be repeated.',
+        type=Pair(
+            lambda text: bad_option("--within", text, "NAME: VALUE", "tip_height: 1 mm"), ":"
+        ),
+        metavar="NAME: VALUE",
+    ),
+]
+Deadline = Annotated[float | None, option("Longest time of a step or a sample.", type=SECONDS)]
 Json = Annotated[bool, option("Print JSON, in SI units with all digits.", "--json")]
 Scheduler = Annotated[str | None, option("Dask scheduler: tcp://10.0.0.5:8786.", metavar="ADDRESS")]
 

@@ -2,9 +2,16 @@
 
 import time
 
-from bgc.diagnostics.catalogue.arguments import bad_option
-from bgc.runtime.cli.command import Pair, Target, Values, command, option
-from bgc.runtime.cli.options import PICTURE, SECONDS, TABLE, Duration, SceneOptions
+from bgc.runtime.cli.command import Target, Values, command, option
+from bgc.runtime.cli.options import (
+    PICTURE,
+    SECONDS,
+    TABLE,
+    Deadline,
+    Duration,
+    SceneOptions,
+    Within,
+)
 from bgc.runtime.cli.printing import (
     MEASUREMENTS_KEPT,
     attempt,
@@ -51,14 +58,8 @@ def trade(
         'activity finds negligible), or lines of a scene: "use a = B; set c = 0".',
         metavar="VARIANT",
     ),
-    within: tuple[tuple[str, str], ...] = option(
-        'Largest error of an observed value: "tip_height: 1 mm". May be repeated.',
-        type=Pair(
-            lambda text: bad_option("--within", text, "NAME: VALUE", "tip_height: 1 mm"), ":"
-        ),
-        metavar="NAME: VALUE",
-    ),
-    deadline: float | None = option("Longest time of a step or a sample.", type=SECONDS),
+    within: Within,
+    deadline: Deadline,
     faster_than: float | None = option("Least speed, as a multiple of real time.", metavar="N"),
     duration: Duration,
     budget: float = option(

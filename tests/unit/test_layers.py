@@ -69,6 +69,7 @@ bgc.runtime.activity
 bgc.runtime.trade
 bgc.runtime.stress
 bgc.runtime.studies
+bgc.runtime.reduce
 bgc.runtime.editor
 bgc.runtime.view
 bgc.runtime.web
