@@ -80,11 +80,9 @@ ARRAY(double, chosen, choices) /* 1 where a row or condition of these is chosen,
 ARRAY(double, off, n) /* how far the present is off, true minus computed: global_error.c, */
 ARRAY(double, off_before, n) /* and the ends of the last step, before a jump */
 ARRAY(double, off_at_end, n)
-/* The same of the dense output at two points, beside that of the ends. */
-ARRAY(double, off_inside, 2 * bgc_padded(m->n_state))
-/* The local error of the last measured step, before and after a solution: local_error.c. */
-ARRAY(double, off_local, n)
-ARRAY(double, off_solved, n)
+/* The same of the dense output at three points, beside that of the ends. */
+ARRAY(double, off_inside, 3 * bgc_padded(m->n_state))
+ARRAY(double, off_local, n) /* the local error of the last measured step: local_error.c */
 ARRAY(double, largest_off, (size_t)m->n_output) /* the largest errors since the last row, */
 ARRAY(double, last_off, (size_t)m->n_output)    /* the last ones, */
 ARRAY(double, lowest, (size_t)m->n_output)      /* and the ends of the ranges of the outputs so far */
@@ -133,7 +131,7 @@ ARRAY(double, around, (size_t)m->n_term) /* variations to compare with, */
 ARRAY(double, widest, (size_t)m->n_term) /* and in the window ahead */
 
 /* --- errors of the states: global_error.c */
-ARRAY(double, off_work, 10 * bgc_padded(m->n_state))
+ARRAY(double, off_work, 12 * bgc_padded(m->n_state))
 ARRAY(double, off_output, (size_t)m->n_output) /* outputs of the true state */
 ARRAY(double, off_reset, resets)
 ARRAY(double, off_argument, switches) /* arguments at an event, and their derivatives */

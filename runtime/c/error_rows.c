@@ -25,10 +25,11 @@ void bgc_note_errors(const bgc_model *m, bgc_data *d, double t, const double *x,
     m->outputs(d->h, t, true_state, u, d->off_output, d->work);
     for (int k = 0; k < m->n_output; k++) {
         const double error = fabs(d->off_output[k] - y[k]);
-        double size;
-        d->lowest[k] = fmin(d->lowest[k], y[k]);
-        d->highest[k] = fmax(d->highest[k], y[k]);
-        size = fmax(d->highest[k], 0.0) - fmin(d->lowest[k], 0.0);
+        const double lowest = y[k] < d->lowest[k] ? y[k] : d->lowest[k];
+        const double highest = y[k] > d->highest[k] ? y[k] : d->highest[k];
+        const double size = (highest > 0.0 ? highest : 0.0) - (lowest < 0.0 ? lowest : 0.0);
+        d->lowest[k] = lowest;
+        d->highest[k] = highest;
         d->last_off[k] = error > size ? size : error;
         if (!(d->last_off[k] <= d->largest_off[k])) { /* also a NaN */
             d->largest_off[k] = d->last_off[k];
@@ -44,18 +45,24 @@ void bgc_write_errors(const bgc_model *m, bgc_data *d, double t, int inside, con
     const bgc_core *core = &d->core;
     const double *x = inside || core->algebraic > 0 ? d->point : d->x;
     const double h = core->t - core->t_old, at = inside ? t : core->t;
-    double *e = bgc_error_vector(m, d, 8);
+    double *e = bgc_error_vector(m, d, 10);
 
-    if (!inside && core->off_noted != at) {
-        bgc_note_errors(m, d, at, x, d->u, d->off, y);
-    } else if (inside && !(fabs(at - core->off_noted) < held_row * h)) {
-        const double s = (t - core->t_old) / h;
-        const double *second = d->off_inside + bgc_padded(m->n_state);
-        for (int i = 0; i < m->n_state; i++) {
-            e[i] = d->off_before[i] + s * (d->off_at_end[i] - d->off_before[i]) +
-                   core->off_scale * bgc_inside_correction(s, d->off_inside[i], second[i]);
+    if (!inside ? core->off_noted != at : !(fabs(at - core->off_noted) < held_row * h)) {
+        const double q = inside ? (t - core->t_old) / h : 1.0;
+        double part[INSIDE_NODES];
+        for (int k = 0; k < INSIDE_NODES; k++) {
+            part[k] = core->off_scale * bgc_inside_part(q, k);
         }
-        bgc_note_errors(m, d, at, x, d->u_step, e, y);
+        for (int i = 0; i < m->n_state; i++) {
+            e[i] = inside ? d->off_before[i] + q * (d->off_at_end[i] - d->off_before[i]) : d->off[i];
+        }
+        for (int k = 0; k < INSIDE_NODES && inside; k++) {
+            const double *error = bgc_error_inside(m, d, k);
+            for (int i = 0; i < m->n_state; i++) {
+                e[i] += part[k] * error[i];
+            }
+        }
+        bgc_note_errors(m, d, at, x, inside ? d->u_step : d->u, e, y);
     }
     for (int k = 0; k < m->n_output; k++) {
         errors[k] = d->largest_off[k] > d->last_off[k] ? d->largest_off[k] : d->last_off[k];

@@ -6,9 +6,10 @@
  *   e_new = R(h J) e + l.
  *
  * R is a sum of powers of S = (M - J/c)^-1 M with the factors of W = c M - J that the step has used: of four, to order
- * 3 and L-stable for gamma = 1/(c h) from 0.2236 to 0.5728, or of three, to order 2: E. Hairer, G. Wanner, Solving
- * Ordinary Differential Equations II, IV.6. The change of J over the step is added to it, by a difference of f at the
- * step's end; where it changes e by little it is left out until the next measurement of l.
+ * 3 and L-stable for gamma = 1/(c h) from 0.2236 to 0.5728, or, where e changes slowly, of three, to order 2 and
+ * L-stable from 0.18 to 1: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.6. The change of J over
+ * the step is added to it, by a difference of f at the step's end; where it changes e by little it is left out until
+ * the next measurement of l.
  * Explicit steps use three differences of f in a method of order 2 that keeps the amplitude of oscillations.
  * Where e points along the motion, the solution is late or early: that delay stays as it is in a model whose
  * f does not depend on time, however steep the motion becomes.
@@ -25,6 +26,7 @@
 
 enum { MOST_POWERS = 4, LEAST_POWERS = 3 };    /* of S, */
 static const double three_suffice = 0.4;       /* gamma from which on: at 0.4359 they have order 3 */
+static const double slow_error = 0.3;          /* |h J e| / |e| up to which three serve at any */
 static const double stable_gamma = 0.2236;     /* below which four have this part of three in them, so that */
 static const double low_order_part = 0.25;     /* |R(i y)| <= 1 from 0.21 on */
 static const double same_gamma = 1e-9;         /* relative difference of gamma, from rounding */
@@ -44,8 +46,7 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
     memset(d->off_before, 0, size);
     memset(d->off_at_end, 0, size);
     memset(d->off_local, 0, size);
-    memset(d->off_solved, 0, size);
-    memset(d->off_inside, 0, 2 * bgc_padded(m->n_state) * sizeof(double));
+    memset(d->off_inside, 0, 3 * bgc_padded(m->n_state) * sizeof(double));
     memset(d->largest_off, 0, (size_t)m->n_output * sizeof(double));
     memset(d->last_off, 0, (size_t)m->n_output * sizeof(double));
     for (int k = 0; k < m->n_output; k++) {
@@ -55,6 +56,7 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
     d->core.off_noted = d->core.t;
     d->core.off_delayed = d->core.off_bends = 0;
     d->core.off_gamma = 0.0;
+    d->core.off_slope = HUGE_VAL;
     d->core.off_method = -1;
     bgc_forget_local_error(&d->core);
 }
@@ -106,19 +108,20 @@ static void match_exponential(int terms, double gamma, double *coefficient) {
     bgc_solve_dense(terms, a, pivot, coefficient);
 }
 
-/* The coefficients of R, kept while gamma stays. */
+/* The coefficients of R, kept while gamma and their number stay. */
 static const double *powers_of_step(bgc_core *core, double gamma) {
+    const int powers = gamma < three_suffice && core->off_slope > slow_error ? MOST_POWERS : LEAST_POWERS;
     double lower[MOST_POWERS] = {0.0};
 
-    if (!(fabs(core->off_gamma - gamma) <= same_gamma * gamma)) {
-        core->off_powers = gamma < three_suffice ? MOST_POWERS : LEAST_POWERS;
-        match_exponential(core->off_powers, gamma, core->off_power);
-        if (gamma < stable_gamma) {
+    if (core->off_powers != powers || !(fabs(core->off_gamma - gamma) <= same_gamma * gamma)) {
+        match_exponential(powers, gamma, core->off_power);
+        if (powers == MOST_POWERS && gamma < stable_gamma) {
             match_exponential(LEAST_POWERS, gamma, lower);
             for (int k = 0; k < MOST_POWERS; k++) {
                 core->off_power[k] += low_order_part * (lower[k] - core->off_power[k]);
             }
         }
+        core->off_powers = powers;
         core->off_gamma = gamma;
     }
     return core->off_power;
@@ -136,7 +139,7 @@ static double delay_of_step(const bgc_model *m, bgc_data *d, const bgc_error_ste
     }
     for (int i = 0; i < m->n_state; i++) {
         const double weight = 1.0 / bgc_tolerance(d, i, fmax(fabs(d->x[i]), fabs(d->next[i])));
-        const double e = d->off[i] * weight, f0 = s->f[0][i] * weight, f1 = s->f[3][i] * weight;
+        const double e = d->off[i] * weight, f0 = s->f_start[i] * weight, f1 = s->f_end[i] * weight;
         const double chord = (d->next[i] - d->x[i]) * (weight / s->h);
         const double shift = s->implicit ? s->h * d->dfdt[i] * weight : 0.0;
         along += f0 * e;
@@ -158,52 +161,50 @@ static double delay_of_step(const bgc_model *m, bgc_data *d, const bgc_error_ste
 static int find_change_of_slopes(const bgc_model *m, bgc_data *d, const bgc_error_step *s, const double *right,
                                  const double *product, double delay, double *change) {
     const double c = d->core.c;
-    double changed = 0.0, all = 0.0;
+    double changed = 0.0, slopes = 0.0, all = 0.0;
 
-    differentiate_along_error(m, d, s->t + s->h, d->next, s->f[3], d->off, delay, short_delay * s->h, change);
+    differentiate_along_error(m, d, s->t + s->h, d->next, s->f_end, d->off, delay, short_delay * s->h, change);
     for (int i = 0; i < m->n_state; i++) {
         const double weight = 1.0 / bgc_tolerance(d, i, fabs(d->next[i]));
         const double slope = c * (product[i] - right[i]), own = c * product[i];
         change[i] += delay * d->dfdt[i] - slope;
         changed += change[i] * weight * (change[i] * weight);
-        all += (slope * slope + own * own) * (weight * weight);
+        slopes += slope * weight * (slope * weight);
+        all += own * weight * (own * weight);
     }
-    return !(changed <= slight_change * slight_change * all);
+    d->core.off_slope = s->h * c * sqrt(slopes / all);
+    return !(changed <= slight_change * slight_change * (slopes + all));
 }
 
-/* d->off := R d->off + local by the factors of the step. The local error is damped as the stiff parts of the step's
- * end are, by S and its square, so that slow parts are changed as over half of the step. */
-static void carry_implicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay, int measured,
-                           const double *local) {
-    const int n = m->n_state;
-    const double c = d->core.c, in_last = fmax(0.0, 2.0 - 0.5 * c * s->h);
+/* d->off := R d->off by the factors of the step. */
+static void carry_implicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay, int measured) {
+    const int n = m->n_state, looks = measured || d->core.off_bends;
+    const double c = d->core.c;
     const double *power = powers_of_step(&d->core, 1.0 / (c * s->h));
-    double *v = bgc_error_vector(m, d, 5), *right = bgc_error_vector(m, d, 6), *change = bgc_error_vector(m, d, 7);
+    double *v = bgc_error_vector(m, d, 0), *right = bgc_error_vector(m, d, 1), *change = bgc_error_vector(m, d, 2);
 
     /* The powers of S by Horner's scheme. */
-    for (int i = 0; i < n; i++) {
-        v[i] = power[d->core.off_powers - 1] * d->off[i];
-    }
     for (int k = d->core.off_powers; k >= 1; k--) {
+        for (int i = 0; i < n; i++) {
+            v[i] = (k < d->core.off_powers ? v[i] : 0.0) + power[k - 1] * d->off[i];
+        }
         bgc_apply_mass_to_error(m, d, v);
-        for (int i = 0; i < n && k <= 2; i++) {
-            v[i] += k == 2 ? (1.0 - in_last) * local[i] - s->h * delay * d->dfdt[i] : in_last * local[i];
+        for (int i = 0; i < n && k == 2 && delay != 0.0; i++) {
+            v[i] -= s->h * delay * d->dfdt[i];
         }
-        memcpy(right, v, (size_t)n * sizeof *v);
+        if (k == 1 && looks) {
+            memcpy(right, v, (size_t)n * sizeof *v);
+        }
         bgc_solve_for_error(m, d, v);
-        for (int i = 0; i < n && k > 1; i++) {
-            v[i] += power[k - 2] * d->off[i];
-        }
     }
     memcpy(d->off, v, (size_t)n * sizeof *v);
 
     /* The change of J: half of it over the step in slow parts, all of it where W is close to -J. */
-    if (!measured && !d->core.off_bends) {
-        return;
+    if (looks) {
+        bgc_apply_mass_to_error(m, d, v);
+        d->core.off_bends = find_change_of_slopes(m, d, s, right, v, delay, change);
     }
-    bgc_apply_mass_to_error(m, d, v);
-    d->core.off_bends = find_change_of_slopes(m, d, s, right, v, delay, change);
-    if (d->core.off_bends) {
+    if (looks && d->core.off_bends) {
         for (int i = 0; i < n; i++) {
             v[i] = (0.5 * s->h - 1.0 / c) * change[i];
         }
@@ -224,28 +225,27 @@ static void multiply_slopes(const bgc_model *m, bgc_data *d, const bgc_error_ste
                             double delay, double *out) {
     const double t = later ? s->t + s->h : s->t;
 
-    differentiate_along_error(m, d, t, later ? d->next : d->x, s->f[later ? 3 : 0], v, delay,
+    differentiate_along_error(m, d, t, later ? d->next : d->x, later ? s->f_end : s->f_start, v, delay,
                               short_delay * s->h, out);
     for (int i = 0; i < m->n_state; i++) {
         out[i] *= s->h * d->inverse_mass[i];
     }
 }
 
-/* d->off := R(z) d->off + local after an explicit step, R = 1 + z + z^2/2 + b z^3 with z = h J. With b = 1/8
+/* d->off := R(z) d->off over an explicit step, R = 1 + z + z^2/2 + b z^3 with z = h J. With b = 1/8
  * |R(i y)|^2 = 1 + y^6/64; b = 1/16 is stable to z = -6.26. */
-static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay,
-                           const double *local) {
+static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double delay) {
     const int n = m->n_state;
     double *k1 = bgc_error_vector(m, d, 0), *k2 = bgc_error_vector(m, d, 1), *k3 = bgc_error_vector(m, d, 2);
     double *point = bgc_error_vector(m, d, 3), *change = bgc_error_vector(m, d, 5), b;
 
     multiply_slopes(m, d, s, 0, d->off, delay, k1);
     for (int i = 0; i < n; i++) {
-        point[i] = d->off[i] + k1[i] + local[i];
+        point[i] = d->off[i] + k1[i];
     }
     multiply_slopes(m, d, s, 1, point, delay, k2);
     for (int i = 0; i < n; i++) {
-        point[i] = d->off[i] + 0.5 * (k1[i] + k2[i]) + local[i];
+        point[i] = d->off[i] + 0.5 * (k1[i] + k2[i]);
     }
     multiply_slopes(m, d, s, 1, point, delay, k3);
 
@@ -257,15 +257,15 @@ static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step
     b = bgc_norm(m, d, point, d->x, d->next) > largest_turn * bgc_norm(m, d, change, d->x, d->next) ? 1.0 / 16
                                                                                                       : 1.0 / 8;
     for (int i = 0; i < n; i++) {
-        d->off[i] += 0.5 * k1[i] + (0.5 - 2.0 * b) * k2[i] + 2.0 * b * k3[i] + local[i];
+        d->off[i] += 0.5 * k1[i] + (0.5 - 2.0 * b) * k2[i] + 2.0 * b * k3[i];
     }
 }
 
 /* Derivatives of the arguments of the switches along e to d->off_along, and along the motion to d->off_rate, before an
- * event at t; the motion to vector 8. */
+ * event at t; the motion to vector 10. */
 static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h) {
     const double shift = difference_shift(m, d, d->next, d->off), back = 1e-6 * h;
-    double *present = d->off_argument, *motion = bgc_error_vector(m, d, 8);
+    double *present = d->off_argument, *motion = bgc_error_vector(m, d, 10);
 
     m->switches(d->h, t, d->next, d->u, present, d->work);
     for (int i = 0; i < m->n_state; i++) {
@@ -289,12 +289,12 @@ static int holds_modes(const bgc_model *m, const bgc_data *d) {
            memcmp(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode) == 0;
 }
 
-/* f at the end of the step, at t, to vector 4. The next step begins with it, where no event is between, and counts
+/* f at the end of the step, at t, to vector 8. The next step begins with it, where no event is between, and counts
  * it as one of its own. */
 static void find_slope_at_end(const bgc_model *m, bgc_data *d, double t) {
     bgc_core *core = &d->core;
     const size_t size = (size_t)m->n_state * sizeof(double);
-    double *f_end = bgc_error_vector(m, d, 4);
+    double *f_end = bgc_error_vector(m, d, 8);
 
     if (t == core->t_end && (core->f_at_end || core->f_last_at == t)) {
         memcpy(f_end, core->f_at_end ? d->error : d->f_last, size);
@@ -316,13 +316,11 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
                               .h = t - core->t,
                               .method = method,
                               .implicit = method->family->jacobian,
-                              .inner = {bgc_error_vector(m, d, 0), bgc_error_vector(m, d, 1)},
-                              .f = {d->f, bgc_error_vector(m, d, 2), bgc_error_vector(m, d, 3),
-                                    bgc_error_vector(m, d, 4)},
-                              .f_inner = {bgc_error_vector(m, d, 2), bgc_error_vector(m, d, 3)}};
+                              .f_start = d->f,
+                              .f_end = bgc_error_vector(m, d, 8)};
     const int n = m->n_state, watched = core->watched;
     const bgc_pivoting pivoting = core->pivoting;
-    double *local = bgc_error_vector(m, d, 9);
+    double *local = bgc_error_vector(m, d, 9), *missed = bgc_error_vector(m, d, 11);
     bgc_counts counts;
     double delay;
     int measured;
@@ -333,28 +331,34 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
         bgc_forget_local_error(core);
         core->off_method = (int)(method - bgc_methods);
     }
-    measured = bgc_local_error(m, d, &s, local);
+    measured = bgc_local_error(m, d, &s, local, missed);
     if (measured && core->off_noted != core->t) {
         bgc_note_errors(m, d, core->t, d->x, d->u, d->off, NULL);
     }
     memcpy(d->off_before, d->off, (size_t)n * sizeof *d->off);
+    for (int i = 0; i < n && measured; i++) {
+        d->off[i] += missed[i];
+    }
 
     /* A delay stays; the rest of e is carried. */
     delay = measured || core->off_delayed ? delay_of_step(m, d, &s) : 0.0;
     core->off_delayed = delay != 0.0;
-    for (int i = 0; i < n; i++) {
-        d->off[i] -= delay * bgc_rate_of_state(d, s.f[0], i);
+    for (int i = 0; i < n && delay != 0.0; i++) {
+        d->off[i] -= delay * bgc_rate_of_state(d, s.f_start, i);
     }
     if (s.implicit) {
-        carry_implicit(m, d, &s, delay, measured, local);
+        carry_implicit(m, d, &s, delay, measured);
     } else {
-        carry_explicit(m, d, &s, delay, local);
+        carry_explicit(m, d, &s, delay);
+    }
+    for (int i = 0; i < n; i++) {
+        d->off[i] += local[i];
     }
     if (!s.implicit && d->n_block > 0) {
         d->off[0] = (double)NAN; /* explicit steps solve the algebraic equations at each stage */
     }
-    for (int i = 0; i < n; i++) {
-        d->off[i] += delay * bgc_rate_of_state(d, s.f[3], i);
+    for (int i = 0; i < n && delay != 0.0; i++) {
+        d->off[i] += delay * bgc_rate_of_state(d, s.f_end, i);
     }
     memcpy(d->off_at_end, d->off, (size_t)n * sizeof *d->off);
     if (core->event) {
@@ -412,7 +416,7 @@ void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *
     const int n = m->n_state, implicit = method->family->jacobian;
     const bgc_counts counts = d->core.counts;
     const double dt = event_delay(m, d);
-    const double *f_before = bgc_error_vector(m, d, 4), *motion = bgc_error_vector(m, d, 8);
+    const double *f_before = bgc_error_vector(m, d, 8), *motion = bgc_error_vector(m, d, 10);
     double *f_after = bgc_error_vector(m, d, 0), *v = bgc_error_vector(m, d, 1);
     int jumped = 0;
 

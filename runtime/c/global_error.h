@@ -4,20 +4,24 @@
 
 #include "bgc_internal.h"
 
-/* A step from d->x to d->next, before that becomes the present: Lobatto's four points in it, its start and its end
- * among them, with f there. The inner ones are set where the local error is measured. */
+enum { INSIDE_NODES = 3 }; /* Lobatto's points within a step */
+
+/* A step from d->x to d->next, before that becomes the present, with f at its ends. */
 typedef struct {
     double t, h;
     const bgc_method *method;
     int implicit;
-    double *inner[2];
-    const double *f[4];
-    double *f_inner[2];
+    const double *f_start, *f_end;
 } bgc_error_step;
 
-/* Scratch vector k of ten. */
+/* Scratch vector k of twelve. */
 static inline double *bgc_error_vector(const bgc_model *m, const bgc_data *d, int k) {
     return d->off_work + (size_t)k * bgc_padded(m->n_state);
+}
+
+/* The errors of the dense output at inner node k, beside those of the ends. */
+static inline double *bgc_error_inside(const bgc_model *m, const bgc_data *d, int k) {
+    return d->off_inside + (size_t)k * bgc_padded(m->n_state);
 }
 
 /* The rate of state i where f is `f`. */
@@ -29,7 +33,7 @@ static inline double bgc_rate_of_state(const bgc_data *d, const double *f, int i
 void bgc_apply_mass_to_error(const bgc_model *m, bgc_data *d, double *v);
 void bgc_solve_for_error(const bgc_model *m, bgc_data *d, double *v);
 void bgc_forget_local_error(bgc_core *core);
-int bgc_local_error(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double *local);
-double bgc_inside_correction(double s, double first, double second);
+int bgc_local_error(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double *local, double *missed);
+double bgc_inside_part(double s, int k);
 
 #endif

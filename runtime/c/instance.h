@@ -207,7 +207,9 @@ typedef struct {
     int off_bends, off_delayed; /* J changes e by more than little; e is a delay */
     double off_noted;     /* the last time whose errors are in largest_off */
     double off_size;      /* of the local error at hand, over the tolerances */
+    double off_error;     /* the estimate of the method for the measured step */
     double off_step, off_scale; /* length of the measured step; factor of its errors in the present one */
+    double off_slope;     /* |h J e| / |e| when last looked at */
     double off_gamma;     /* 1 / (c h) of the step that off_power belongs to */
     double off_power[4];
     int off_powers;       /* of S */

@@ -100,6 +100,40 @@ def test_errors_of_an_oscillation_add_up_where_not_each_step_is_measured(solver,
         assert 0.7 < run.error[name].max() / np.abs(run[name] - exact).max() < 1.4
 
 
+@pytest.mark.parametrize("solver", ["rodas5p", "rodas4p2", "radau5"])
+def test_a_step_knows_its_errors_in_fast_parts(solver, tmp_path):
+    """Oscillations by one and two radians in the step, and decays by e^-3 and e^-8."""
+    path = tmp_path / "fast.bg"
+    path.write_text("""
+    model Fast {
+      state a = 1; state b = 0.3; state c = 1; state d = 0.3; state e = 1; state g = 1;
+      der(a) = b; der(b) = -a;
+      der(c) = 2*d; der(d) = -2*c;
+      der(e) = -3*e; der(g) = -8*g;
+    }
+    scene fast of Fast { observe a, b, c, d, e, g; run 1 every 1; }
+    """)
+    run = bgc.compile(path).simulate(solver=solver, rtol=0.4, atol=1e6, step=1.0)
+    assert run.counts["steps"] == 1
+    turned = np.exp(-1j * np.array([1, 2])) * (1 + 0.3j)
+    exact = [turned[0].real, turned[0].imag, turned[1].real, turned[1].imag, np.exp(-3), np.exp(-8)]
+    true = [abs(run[name][-1] - value) for name, value in zip("abcdeg", exact, strict=True)]
+    found = [run.error[name][-1] for name in "abcdeg"]
+    for part in (slice(0, 2), slice(2, 4), slice(4, 5), slice(5, 6)):
+        assert 0.5 < np.linalg.norm(found[part]) / np.linalg.norm(true[part]) < 1.5
+
+
+def test_errors_of_slow_and_fast_diffusion_are_known():
+    """Heat on a grid: the fast parts pass within the first steps."""
+    model = bgc.compile(MODELS / "ivp" / "heat_square.bg")
+    end = model.facts.duration
+    exact = model.simulate(every=end / 200, solver="radau5", rtol=1e-11, error=False)
+    run = model.simulate(every=end / 200, rtol=1e-6, atol=1e-6)
+    for name in run.columns:
+        true = np.abs(run[name] - exact[name]).max()
+        assert 0.4 * true < run.error[name].max() < 2.5 * true or true == 0.0
+
+
 def test_errors_are_followed_far_below_the_sizes_of_states():
     """The autocatalytic problem E5: concentrations from 1e-3 to 1e-80."""
     model = bgc.compile(MODELS / "ivp" / "e5.bg")
