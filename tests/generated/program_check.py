@@ -156,6 +156,8 @@ def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str
         return "rest", f"but for rounding: {about}"
     if kind == "differs":
         kind, about = _confirmed_by_equations(program, raw, place, about)
+    if kind == "agrees" and _is_still(base):
+        return "rest", ""  # its variants differ by rounding
     if kind != "agrees":
         return kind, about
     tried = _variants(program, place, scales_of_columns(base), base, variants)
@@ -268,10 +270,14 @@ def _at_defaults(program: Program, raw: Raw, place: Path) -> tuple[str, str] | N
     return "differs", f"with defaults {_satisfied(found)[1]}"
 
 
+def _is_still(base: Columns) -> bool:
+    """Return whether energies stay as they are, but for rounding."""
+    return all(np.abs(base[name]).max() <= STILL for name in ACCOUNTS)
+
+
 def _rests(base: Columns, found: Checked) -> bool:
     """Return whether nothing moves, and rows are missed by what a root makes of rounding."""
-    still = all(np.abs(base[name]).max() <= STILL for name in ACCOUNTS)
-    return still and found.residual * LEAST <= AT_REST and found.start <= START
+    return _is_still(base) and found.residual * LEAST <= AT_REST and found.start <= START
 
 
 def _judged(program: Program, codes: str) -> tuple[str, str]:
