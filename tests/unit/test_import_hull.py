@@ -214,12 +214,14 @@ def test_what_is_missing_is_named(tmp_path, monkeypatch, names, file, code, said
         ("barge.1", "    6\t    6\t", "    7\t    6\t", "no mode of a single rigid body"),
         ("barge.1", "1.506327e+02", "*********", "no row of 4 or 5 numbers"),
         ("barge.3", "3.490659e+00\t    0.000", "3.490659e+00\t    9.000", "has no row for"),
-        ("barge.hst", "3     3 4.8", "3     3 -4.8", "hydrostatic stiffness in heave"),
+        ("barge.hst", "3     3 4.8", "3     3 -4.8", "no stiffness in heave"),
         ("barge.pot", "barge.gdf", "barge", "no XBODY"),
         ("nemoh/Nemoh.cal", "1        ! Number of bodies", "2 ! bodies", "2 bodies"),
         ("nemoh/Nemoh.cal", "1 0. 0. 1.", "1 0. 1. 1.", "are not surge, sway, heave"),
         ("nemoh/ExcitationForce.tec", "angle=0.0", "beta", "no heading"),
         ("nemoh/KH.dat", "0.000000E+00 ", "", "6 x 6"),
+        ("nemoh/KH.dat", "0.000000E+00 ", "1e400 ", "6 x 6"),
+        ("barge.hst", "3     3 4.8", "3     3 0.0 # 4.8", "no row of 3 numbers"),
     ],
 )
 def test_wrong_contents_are_refused_with_their_place(folder, file, old, new, said):
@@ -243,6 +245,9 @@ def test_damaged_and_incomplete_datasets_are_refused(folder):
     assert "import one rigid body" in run("import", "wrong.nc").stderr
     Path("wrong.nc").write_bytes(data.replace(b"hydrostatic_stiffness", b"hydrostatic_weakness_"))
     assert "hydrostatic stiffness in heave" in run("import", "wrong.nc").stderr
+    assert data.count(b"reim") == 1
+    Path("wrong.nc").write_bytes(data.replace(b"reim", b"reil"))
+    assert "the axis `complex`" in run("import", "wrong.nc").stderr
 
 
 def test_the_first_column_of_wamit_may_be_a_frequency(folder):

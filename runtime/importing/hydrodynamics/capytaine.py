@@ -180,6 +180,8 @@ class _Dataset:
         if "complex" in variable.dimensions:
             parts = self._ordered(variable, ("complex", *wanted), name)
             order = [str(text).strip() for text in np.atleast_1d(self._parts())]
+            if sorted(order) != ["im", "re"]:
+                raise self._wrong(f"the axis `complex` is {listed(order)}", "write `re` and `im`")
             return np.asarray(parts[order.index("re")] + 1j * parts[order.index("im")])
         return np.asarray(self._ordered(variable, wanted, name), complex)
 

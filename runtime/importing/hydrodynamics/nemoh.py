@@ -233,7 +233,7 @@ def _control(lines: list[Line]) -> _Control:
         points = {row[4:7] for row in rows if row[0] == 2}
         axes = [row[1:4] for row in rows]
         x_y = (crest[0], crest[1])
-    except IndexError:
+    except (IndexError, ValueError):
         what = "this is not Nemoh.cal: numbers are missing"
         span = lines[0].span if lines else None
         raise BgError([wrong_value(span, what, "write it as Nemoh's manual says")]) from None

@@ -14,6 +14,7 @@ from bgc.runtime.results.columns import optional_package
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 _CLASSIC = b"CDF"
+_DAMAGED = (OSError, ValueError, KeyError, TypeError, IndexError, RuntimeError, MemoryError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ def read_netcdf(path: Path) -> dict[str, Variable]:
             return _classic(path)
         if head == HDF5:
             return _netcdf4(path)
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as problem:
+    except _DAMAGED as problem:
         what = f"{path} is a damaged netCDF file: {str(problem)[:200]}"
         raise BgError([not_importable(what, help="write it again")]) from problem
     what = f"{path} is not a netCDF file"

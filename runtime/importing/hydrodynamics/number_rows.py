@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,18 +38,18 @@ def read_lines(path: Path) -> list[Line]:
 def numbers_of(text: str) -> tuple[float, ...]:
     """Return the numbers of a line, none where it holds anything else."""
     words = text.split()
-    if not all(_NUMBER.match(word) for word in words):
-        return ()
-    return tuple(float(word.lower().replace("d", "e")) for word in words)
+    found = leading_numbers(text)
+    return found if len(found) == len(words) else ()
 
 
 def leading_numbers(text: str) -> tuple[float, ...]:
-    """Return the numbers before the first word that is none."""
-    found = []
+    """Return the numbers before the first word that is none, or is too large for a double."""
+    found: list[float] = []
     for word in text.replace("!", " ! ").split():
-        if not _NUMBER.match(word):
+        value = float(word.lower().replace("d", "e")) if _NUMBER.match(word) else math.inf
+        if not math.isfinite(value):
             break
-        found.append(float(word.lower().replace("d", "e")))
+        found.append(value)
     return tuple(found)
 
 

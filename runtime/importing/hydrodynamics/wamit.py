@@ -73,6 +73,9 @@ class _Set:
         """Assemble the record."""
         setup, length = self.setup, self.length
         stiffness = self._matrix(".hst") * self.weight * length ** (2.0 + _POWER)
+        if not stiffness[2, 2] > 0:
+            what = f"{self.files['.hst']} has no stiffness in heave"
+            raise BgError([wrong_value(None, what, _HELP)])
         column, added, damping, limits = self._radiation()
         waves: dict[str, Waves] = {
             end: self._waves(end) for end in (".2", ".3", ".4") if end in self.files
