@@ -41,8 +41,9 @@ def import_(
     """Write FILE, a model of another tool, as a .bg file.
 
     FILE is a robot in URDF (.urdf) or MJCF (.xml, with the package mujoco), a bond graph that
-    BondGraphTools saved (.yaml, .bg), or hydrodynamic data of a hull (.nc of Capytaine), which
-    become a ship with a data file (.json) beside it.
+    BondGraphTools saved (.yaml, .bg), or hydrodynamic data of a hull, which become a ship with a
+    data file (.json) beside it: Capytaine (.nc), WAMIT (.1 .2 .3 .4 .hst), Nemoh (Nemoh.cal) or
+    BEMIO (.h5).
 
     \b
     bgc import ur5.urdf                    writes ur5.bg

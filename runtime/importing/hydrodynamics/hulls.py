@@ -11,6 +11,8 @@ from bgc.diagnostics.catalogue.imported import wrong_value
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.record_class import dataclass
 from bgc.runtime.importing.hydrodynamics.account import Account, Given
+from bgc.runtime.importing.hydrodynamics.bemio import ENDINGS as BEMIO_FILES
+from bgc.runtime.importing.hydrodynamics.bemio import read_bemio
 from bgc.runtime.importing.hydrodynamics.capytaine import read_capytaine
 from bgc.runtime.importing.hydrodynamics.checks import check, scales
 from bgc.runtime.importing.hydrodynamics.headings import around, covered
@@ -29,6 +31,7 @@ READERS: dict[str, Reader] = {
     ".nc": read_capytaine,
     **dict.fromkeys(WAMIT_FILES, read_wamit),
     **dict.fromkeys(NEMOH_FILES, read_nemoh),
+    **dict.fromkeys(BEMIO_FILES, read_bemio),
 }
 """Readers by the ending of a file's name, in lower case."""
 
