@@ -33,6 +33,11 @@ _FLAGS = {
     "model_matrix": (*MODEL_FLAGS, *GCC_ALIASES),  # one array is read and written: a fourteenth
 }
 
+# Kernels that stay in one unit with the tables: what an edit of a number, a start or an output
+# changes. The equations are units of their own, which are found in the cache after such an edit.
+_WITH_TABLES = frozenset(
+    [*"prepare initial scale positive given outputs commands defaults".split(), PARTIALS]
+)
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
 _LISTED = 200  # most names in each list of the comment at the top of the file
 
@@ -82,22 +87,24 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     """Print a lowered program as C; with `split`, a large program in several units."""
     program = lowered.program
     separate = split and is_large(program)
-    shared = {"jacobian", "factor", "solve"} if separate else set[str]()
+    names = {"factor", "solve", *(kernel.name for kernel in lowered.kernels)}
+    shared = names - _WITH_TABLES if separate else set[str]()
     texts = _print_kernels(lowered, shared)
     matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
     ranges = [_on_ranges(lowered, kernel, separate) for kernel in lowered.range_kernels]
     work = max(work, *(2 * text.work for text in ranges), 0)  # a range is two doubles
     tables, fields = model_tables(lowered, matrix, source_hash)
-    fields.append(("n_work", str(work)))
+    prefix = RANGES.shared if separate else RANGES.prefix
     fields += [
-        (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
-        for name in (*texts, *(("factor", "solve") if matrix.text else ()))
-        if name != PARTIALS
+        ("n_work", str(work)),
+        *(
+            (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
+            for name in (*texts, *(("factor", "solve") if matrix.text else ()))
+            if name != PARTIALS
+        ),
     ]
-    for kernel in lowered.range_kernels:
-        prefix = RANGES.shared if separate else RANGES.prefix
-        fields.append((kernel.name, f"{prefix}_{kernel.name}"))
+    fields += [(kernel.name, f"{prefix}_{kernel.name}") for kernel in lowered.range_kernels]
     if lowered.ranges is not None:
         fields.append(("n_term", str(len(lowered.ranges.stores) // 2)))
     if "project" not in texts:
@@ -122,13 +129,11 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     )
     main = [text for name, text in texts.items() if name not in shared]
     if separate:
+        rates = [text for name, text in texts.items() if name in shared - {"jacobian"}]
         units = [
             frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
-            *(
-                frame.unit(f"model_{kernel.name}", [kernel.purpose], [texts[kernel.name]])
-                for kernel in lowered.kernels
-                if kernel.name in shared
-            ),
+            frame.unit("model_rates", ["Rates, energies, projections, switches, asserts."], rates),
+            frame.unit("model_jacobian", ["The Jacobian."], [texts["jacobian"]]),
         ]
         if matrix.text:
             units.append(frame.unit("model_matrix", ["The iteration matrix."], [], matrix.text))
@@ -137,8 +142,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
                 frame.unit("model_ranges", ["Ranges of what depends on time alone."], ranges)
             )
     else:
-        main += ranges
-        units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
+        units = [frame.unit("model", _about(lowered), main + ranges, matrix.text, tables, fields)]
     if program.dag.tables:
         printed = print_tables(program.dag, alone=not split)
         units.append(

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -173,7 +174,7 @@ def test_large_models_are_cut_into_functions(tmp_path: Path) -> None:
     program = random_program(seed=5, size=14, operations=700)
     emitted = emit_model(optimise(program), "0")
     names = [unit.name for unit in emitted.units if unit.name != "model_ranges"]
-    assert names == ["model", "model_jacobian", "model_matrix"]
+    assert names == ["model", "model_rates", "model_jacobian", "model_matrix"]
     model = CompiledModel(emitted, tmp_path, P)
     assert model.model.n_work > 0
     for t, x, u in points(14, 2):
@@ -185,6 +186,20 @@ def test_large_models_are_cut_into_functions(tmp_path: Path) -> None:
         direction = np.random.default_rng(1).normal(size=14)
         along = slope(model.rhs, t, x, u, (0, direction), 1e-6)
         np.testing.assert_allclose(matrix @ direction, along, rtol=1e-5, atol=1e-6)
+
+
+def test_an_edit_of_a_number_changes_the_unit_of_the_tables_alone() -> None:
+    program = random_program(seed=5, size=14, operations=700)
+    dag = program.dag
+    first = program.parameters[0]
+    edited = replace(
+        program,
+        parameters=(replace(first, value=dag.const(Fraction(7, 3))), *program.parameters[1:]),
+        scene=replace(program.scene, step=Fraction(1, 8)),
+    )
+    before, after = (emit_model(optimise(each), str(k)) for k, each in enumerate((program, edited)))
+    changed = [a.name for a, b in zip(before.units, after.units, strict=True) if a.text != b.text]
+    assert changed == ["model"]
 
 
 def test_a_model_of_nothing_compiles(tmp_path: Path) -> None:
