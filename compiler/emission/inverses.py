@@ -16,7 +16,7 @@ from bgc.emission.print_steps import print_steps
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Store
 
-_LONG = 1_000  # nodes of parameters alone from which they are computed by a table of operations
+_LONG = 200  # nodes of parameters alone from which they are computed by a table of operations
 
 
 def with_inverses(dag: Dag, hoisted: Sequence[Node]) -> tuple[Node, ...]:
