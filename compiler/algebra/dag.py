@@ -153,7 +153,8 @@ class Dag:
 
     def symbols_in(self, roots: Iterable[int], *kinds: Kind) -> dict[int, Symbol]:
         """The symbols that nodes hold, by their own nodes; those of some kinds if any is given."""
-        nodes = (n for n in self.reachable(roots) if self.op[n] == _SYMBOL)
+        least = min((_SYMBOL_LEVEL.get(kind, Level.STATE) for kind in kinds), default=Level.CONST)
+        nodes = (n for n in self.reachable(roots, least) if self.op[n] == _SYMBOL)
         held = {n: self.symbols[self.a[n]] for n in nodes}
         return {n: s for n, s in held.items() if s.kind in kinds} if kinds else held
 
@@ -167,10 +168,13 @@ class Dag:
             return (self.a[node], self.b[node])
         return (self.a[node], self.b[node], self.c[node])
 
-    def reachable(self, roots: Iterable[int]) -> list[int]:
-        """All nodes that the roots need, themselves included, in topological order."""
-        op, a, b, c = self.op, self.a, self.b, self.c
-        seen = set(roots)
+    def reachable(self, roots: Iterable[int], least: int = Level.CONST) -> list[int]:
+        """All nodes that the roots need, themselves included, in topological order.
+
+        Nodes below the level `least` are left out: no operand of theirs has that level either.
+        """
+        op, a, b, c, level, least = self.op, self.a, self.b, self.c, self.level, int(least)
+        seen = {root for root in roots if level[root] >= least}
         stack = list(seen)
         while stack:
             node = stack.pop()
@@ -179,15 +183,14 @@ class Dag:
             for operand in (a[node], b[node], c[node]):
                 if operand < 0:
                     break
-                if operand not in seen:
+                if operand not in seen and level[operand] >= least:
                     seen.add(operand)
                     stack.append(operand)
         return sorted(seen)
 
     def repeated(self, roots: Iterable[int]) -> set[int]:
         """The operations that are repeated at each evaluation of the roots."""
-        op, level = self.op, self.level
-        return {n for n in self.reachable(roots) if op[n] > _SYMBOL and level[n] > Level.PARAM}
+        return {n for n in self.reachable(roots, Level.TIME) if self.op[n] > _SYMBOL}
 
     # --- arithmetic -----------------------------------------------------------------
     # Called once per node in every pass, hence plain ints and inlined look-ups.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.modular import rank_of
 from bgc.causality.certificates import Certifier
@@ -354,8 +354,6 @@ def columns_in_value(
     """The independent flows in the value of an effort source, which is a resistance to them."""
     source = graph.elements[port.element]
     if port.role is not Role.EFFORT_SOURCE or not isinstance(source, Source):
-        return set()
-    if graph.dag.level[source.value] < Level.STATE:
         return set()
     read = graph.dag.symbols_in([source.value], Kind.EFFORT, Kind.FLOW).values()
     through = (s.index for s in read if (s.kind is Kind.EFFORT) == of.dual[s.index])

@@ -21,7 +21,6 @@ from bgc.ir.program import Program
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _SYMBOL, _ADD, _SUB, _MUL = map(int, (Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL))
-_PARAM = int(Level.PARAM)
 
 
 def differentiate(program: Program) -> tuple[Program, Jacobian]:
@@ -76,9 +75,7 @@ def differentiated_rows(
 
 def operation_count(dag: Dag, jacobian: Jacobian) -> int:
     """The operations of the Jacobian, without those that depend on parameters only."""
-    op, level = dag.op, dag.level
-    nodes = dag.reachable((*jacobian.entries, *jacobian.by_time))
-    return sum(1 for n in nodes if op[n] > _SYMBOL and level[n] > _PARAM)
+    return len(dag.repeated((*jacobian.entries, *jacobian.by_time)))
 
 
 def jacobian_of(dag: Dag, rows: Sequence[Row]) -> Jacobian:
@@ -119,13 +116,11 @@ def _forward_rows(
     budget: int | None,
 ) -> list[Row] | None:
     """The same; None if the DAG exceeds `budget` nodes."""
-    op, level, a, b = dag.op, dag.level, dag.a, dag.b
+    op, a, b = dag.op, dag.a, dag.b
     add, sub, mul, neg, zero = dag.add, dag.sub, dag.mul, dag.neg, dag.zero
     nothing: Row = {}
     rows: dict[Node, Row] = {}
-    for node in dag.reachable(outputs):
-        if level[node] <= _PARAM:
-            continue
+    for node in dag.reachable(outputs, Level.TIME):
         kind = op[node]
         row: Row
         if kind == _SYMBOL:

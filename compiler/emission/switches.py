@@ -77,8 +77,7 @@ def few_states_read(program: Program, nodes: Iterable[Node]) -> tuple[int, ...]:
     Empty where these are more than half of the states, or where one of them is set by a projection
     or an algebraic equation, which need all states.
     """
-    symbols = map(program.dag.symbol_of, program.dag.reachable(nodes))
-    read = sorted({s.index for s in symbols if s is not None and s.kind is Kind.STATE})
+    read = sorted({s.index for s in program.dag.symbols_in(nodes, Kind.STATE).values()})
     states = [program.states[index] for index in read]
     alone = all(s.projection is None and s.kind != "algebraic" for s in states)
     return tuple(read) if alone and 2 * len(read) <= len(program.states) else ()
@@ -118,8 +117,8 @@ def _parameter_places(program: Program) -> tuple[Place, ...]:
         index = waiting.pop()
         if places[index].span is not None:
             continue
-        symbols = map(dag.symbol_of, dag.reachable([parameters[index].value]))
-        read = sorted({s.index for s in symbols if s is not None and s.kind is Kind.PARAM})
+        symbols = dag.symbols_in([parameters[index].value], Kind.PARAM).values()
+        read = sorted({symbol.index for symbol in symbols})
         places[index] = Place(parameters[index].span, tuple(parameters[k].name for k in read))
         waiting += read
     return tuple(places)
@@ -128,8 +127,7 @@ def _parameter_places(program: Program) -> tuple[Place, ...]:
 def _states_in(program: Program, node: Node) -> tuple[str, ...]:
     """Names of the states on which a node depends, in the order of the program."""
     dag = program.dag
-    symbols = (dag.symbol_of(n) for n in dag.reachable([node]))
-    indices = {s.index for s in symbols if s is not None and s.kind is Kind.STATE}
+    indices = {symbol.index for symbol in dag.symbols_in([node], Kind.STATE).values()}
     return tuple(program.states[index].name for index in sorted(indices))
 
 
@@ -140,7 +138,7 @@ def _piecewise(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
     """
     changed_by: dict[Node, Kind] = {}  # STATE where a node depends on both
     found: dict[Node, bool] = {}
-    for node in dag.reachable(roots):
+    for node in dag.reachable(roots, Level.TIME):
         symbol = dag.symbol_of(node)
         if symbol is not None:
             if symbol.kind in {Kind.STATE, Kind.TIME}:
@@ -166,8 +164,8 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
     arguments: dict[Node, Node] = {}
     fingerprints = Fingerprints(dag)
     kinks: dict[Node, Node] = {}
-    for node in dag.reachable(roots):
-        operands = tuple(new[x] for x in dag.operands(node))
+    for node in dag.reachable(roots, Level.TIME):
+        operands = tuple(new.get(x, x) for x in dag.operands(node))
         made = node if operands == dag.operands(node) else dag.rebuild(node, operands)
         new[node] = made
         if node in number:
@@ -179,8 +177,11 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
             arguments[node] = _zero_on_pieces(dag, fingerprints, argument, kinks)
             if ROWS[dag.op[node]].kink:
                 kinks[mode] = _in_mode(dag, mode, mode, dag.call(Op.LE, dag.zero, argument))
-    states = (replace(state, derivative=new[state.derivative]) for state in program.states)
-    return replace(map_nodes(bare, dag, new.__getitem__), states=tuple(states)), arguments
+    states = (
+        replace(state, derivative=new.get(state.derivative, state.derivative))
+        for state in program.states
+    )
+    return replace(map_nodes(bare, dag, lambda n: new.get(n, n)), states=tuple(states)), arguments
 
 
 def _in_mode(dag: Dag, mode: Node, held: Node, released: Node) -> Node:
@@ -196,7 +197,7 @@ def _zero_on_pieces(
     `0.1*abs(v) + 0.2*abs(v) > 0.3*v` compares equal values where v > 0; rounding would decide.
     `kinks` maps the mode of each kink to whether it is on its first piece, held or released.
     """
-    modes = [node for node in dag.reachable([argument]) if node in kinks] if kinks else []
+    modes = [n for n in dag.reachable([argument], Level.TIME) if n in kinks] if kinks else []
     if len(modes) > _MOST_KINKS:
         return argument
     for mode in modes:
@@ -219,7 +220,7 @@ def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node,
     roots = set(roots)
     sudden = [node for node in found if not ROWS[dag.op[node]].kink]
     readers: dict[Node, list[Node]] = {node: [] for node in sudden}
-    for node in dag.reachable(roots):  # operands come first
+    for node in dag.reachable(roots, Level.TIME):  # operands come first
         passing = dag.op[node] in _PASSING
         for operand in set(dag.operands(node)):
             if operand in readers:
@@ -248,7 +249,7 @@ def _steep(dag: Dag, roots: Iterable[Node], continuous: Iterable[Node]) -> set[N
     kinks = [node for node in continuous if ROWS[dag.op[node]].pieces is not None]
     if not kinks:
         return set()
-    found = [node for node in dag.reachable(roots) if dag.op[node] in _ROOTS]
+    found = [node for node in dag.reachable(roots, Level.TIME) if dag.op[node] in _ROOTS]
     begins = {node: frozenset(dag.reachable([dag.a[node]])) for node in found}
     fingerprints = Fingerprints(dag)
 

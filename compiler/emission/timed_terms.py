@@ -69,7 +69,7 @@ def _jumps(dag: Dag, argument: Node) -> bool:
 def _moving(dag: Dag, roots: Iterable[Node]) -> frozenset[Node]:
     """The nodes that depend on time, and on states not at all."""
     moving: set[Node] = set()
-    for node in dag.reachable(roots):
+    for node in dag.reachable(roots, Level.TIME):
         symbol = dag.symbol_of(node)
         if symbol is not None:
             if symbol.kind is Kind.TIME:

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush
 
-from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Level, Symbol
 from bgc.algebra.derivatives import CHOICES, choice, partials
 from bgc.ir.graph import Node
 
@@ -74,7 +74,7 @@ class DerivativeGraph:
         self._sinks: dict[Node, tuple[int, int]] = {}  # choice -> sinks of its two operands
         self._queue: list[tuple[_Cost, int]] = []  # cost and negative vertex
         self._number = 0
-        for node in dag.reachable(outputs):
+        for node in dag.reachable(outputs, Level.TIME):
             self._add(node)
         self._of_output = [self._sink(output) for output in outputs]
 

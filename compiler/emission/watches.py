@@ -29,7 +29,7 @@ WatchedArgument = tuple[Watch, Node]
 def find_watches(program: Program) -> tuple[WatchedArgument, ...]:
     """The arguments that depend on states of functions that may hide pulses, in order of nodes."""
     dag = program.dag
-    nodes = dag.reachable(state.derivative for state in program.states)
+    nodes = dag.reachable((state.derivative for state in program.states), Level.STATE)
     found = {
         (row.watch, dag.b[node] if row.watch is Watch.RECIPROCAL else dag.a[node]): None
         for node in nodes
@@ -38,10 +38,10 @@ def find_watches(program: Program) -> tuple[WatchedArgument, ...]:
     varying = [pair for pair in found if dag.level[pair[1]] == Level.STATE]
     own = [pair for pair in varying if pair[0] is not Watch.RECIPROCAL]
     total = _operations(dag, nodes)
-    cost = _operations(dag, dag.reachable(node for _, node in varying))
+    cost = _operations(dag, dag.reachable((node for _, node in varying), Level.STATE))
     affordable = total <= _CHEAP_OPERATIONS or cost <= _PART * total
     return tuple(varying if affordable else own)
 
 
 def _operations(dag: Dag, nodes: Iterable[Node]) -> int:
-    return sum(1 for n in nodes if dag.op[n] > Op.SYMBOL and dag.level[n] == Level.STATE)
+    return sum(1 for n in nodes if dag.op[n] > Op.SYMBOL)

@@ -157,6 +157,4 @@ def _joined(graph: FlatGraph, kind: str) -> DisjointSets:
 
 def _read(dag: Dag, source: Source, kind: Kind) -> set[int]:
     """The bonds whose effort or flow the value of a source holds."""
-    if dag.level[source.value] < Level.STATE:
-        return set()
     return {symbol.index for symbol in dag.symbols_in([source.value], kind).values()}

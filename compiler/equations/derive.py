@@ -99,7 +99,7 @@ def _note_owners(graph: FlatGraph) -> None:
     piecewise = {int(op) for op in Op if op.row.jump is not None}
     if not piecewise.isdisjoint(dag.op):
         for element in graph.elements:
-            for node in dag.reachable(nodes_of(element)):
+            for node in dag.reachable(nodes_of(element), Level.TIME):
                 if dag.op[node] in piecewise:
                     dag.owners.setdefault(node, element.name)
 

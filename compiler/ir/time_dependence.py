@@ -12,5 +12,4 @@ def depends_on_time(program: Program) -> bool:
     nodes = [state.derivative for state in program.states]
     if program.scene.accounts:
         nodes += [program.energy.supplied, program.energy.dissipated]
-    symbols = map(dag.symbol_of, dag.reachable(nodes))
-    return any(symbol is not None and symbol.kind is Kind.TIME for symbol in symbols)
+    return bool(dag.symbols_in(nodes, Kind.TIME))
