@@ -170,8 +170,9 @@ class DerivativeGraph:
     def _cost(self, vertex: int) -> _Cost:
         """The growth of the number of edges in the elimination of a vertex, and the products."""
         into, targets = self._into, self._out_of[vertex]
-        sources = into[vertex].keys()
-        new = sum(len(sources - into[target].keys()) for target in targets)
+        sources = set(into[vertex])
+        # The difference with a dictionary, not with its keys, takes no time for what it holds more.
+        new = sum(len(sources.difference(into[target])) for target in targets)
         return new - len(sources) - len(targets), len(sources) * len(targets)
 
     def _least_cost(self, vertex: int) -> _Cost:
