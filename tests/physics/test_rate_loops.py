@@ -13,6 +13,13 @@ from refusals import codes_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from bgc.driver import compile_scene
+from bgc.equations.inertias.groups import find_groups
+from bgc.equations.inertias.own_momenta import elements_on_flows
+from bgc.equations.storage.kinds import storage_elements
+from bgc.equations.variables.definitions import Variables
+from bgc.options import Options
+
 
 def simulate(tmp_path, model, observed, duration=1.0, rtol=1e-10):
     text = (
@@ -248,3 +255,18 @@ def test_wide_bodies_keep_their_momenta_behind_a_matrix_of_their_flows(read, tmp
         f"mb.p[{k + 1}]": p[k] for k in range(2)
     }
     agree(result, expected, tolerance=1e-7)
+
+
+@pytest.mark.parametrize(("speed", "kept"), [("sin(time)", ["ma"]), ("floor(2*time)", [])])
+def test_a_momentum_is_common_where_a_source_jumps(speed, kept, tmp_path):
+    """The momentum of one body alone would miss the impulse of the source."""
+    text = f"""model M {{ a : J1; ma : I(1); z : J0; b : J1; mb : I(1); s : Sf({speed});
+      t : MTF {{ f2 = (2 + cos(a.f))*f1; }} a -> ma; a -> t -> z; s -> z; z -> b -> mb; }}
+    scene q of M {{ observe a.f; run 1 s; }}"""
+    path = tmp_path / "jump.bg"
+    path.write_text(text)
+    program = compile_scene(path, Options(), until="causality").causal
+    variables = Variables(program)
+    groups = find_groups(variables, storage_elements(program, variables))
+    found = [e.storage.name for group in groups for e in elements_on_flows(variables, group)]
+    assert found == kept

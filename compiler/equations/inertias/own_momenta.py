@@ -4,24 +4,27 @@ With flows `N(u) u` the common momentum `N(u)' p` has folds where its slope by u
 holds `(dN/du)' p` beside the mass. The flows go on there. Inertias on the independent flows
 themselves therefore keep their own momenta. The others react with the efforts
 `d/dt (M N(u) u)`, which is an algebraic loop in the rates of u. Its matrix `N' M d(N u)/du` is
-singular only where the equations of motion are.
+singular only where the equations of motion are. A source that sets part of the flows and jumps, or
+has no rate, moves the common momentum alone: groups with such a source keep it.
 """
 
 from __future__ import annotations
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Op
 from bgc.equations.inertias.groups import Group, inertias_of
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
+from bgc.ir.causal import BasisKind
 from bgc.ir.graph import Node
 
 
 def elements_on_flows(variables: Variables, group: Group) -> list[StorageElement]:
     """The elements that keep their momenta: together one inertia on each independent flow.
 
-    Empty where no modulus reads a flow of the group, or where a flow has no such element.
+    Empty where no modulus reads a flow of the group, where a flow has no such element, and where a
+    source that may jump sets flows of the group.
     """
-    if not _reads_own_flows(variables, group):
+    if not _reads_own_flows(variables, group) or _is_moved_by_jumps(variables, group):
         return []
     causal = variables.causal
     left = {causal.basis[k].bond_class for k in group.flows}
@@ -41,6 +44,16 @@ def _reads_own_flows(variables: Variables, group: Group) -> bool:
     read = dag.symbols_in(entries, Kind.FLOW, Kind.EFFORT, Kind.MOMENTUM, Kind.DISPLACEMENT)
     momenta = {port.state: port.flow for port in group.ports}
     return any(not own.isdisjoint(_flows_behind(variables, s, momenta)) for s in read)
+
+
+def _is_moved_by_jumps(variables: Variables, group: Group) -> bool:
+    """Return whether sources set flows of the group by inputs or piecewise values."""
+    dag, basis = variables.dag, variables.causal.basis
+    sources = {k for p in group.ports for k in p.flow if basis[k].kind is BasisKind.FLOW_SOURCE}
+    nodes = dag.reachable(variables.independent(k) for k in sources)
+    return any(Op(dag.op[node]).row.jump is not None for node in nodes) or bool(
+        dag.symbols_in(nodes, Kind.INPUT)
+    )
 
 
 def _flows_behind(
