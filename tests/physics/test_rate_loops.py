@@ -257,11 +257,18 @@ def test_wide_bodies_keep_their_momenta_behind_a_matrix_of_their_flows(read, tmp
     agree(result, expected, tolerance=1e-7)
 
 
-@pytest.mark.parametrize(("speed", "kept"), [("sin(time)", ["ma"]), ("floor(2*time)", [])])
-def test_a_momentum_is_common_where_a_source_jumps(speed, kept, tmp_path):
-    """The momentum of one body alone would miss the impulse of the source."""
+@pytest.mark.parametrize(
+    ("speed", "ratio", "kept"),
+    [
+        ("sin(time)", "2 + cos(a.f)", ["ma"]),
+        ("floor(2*time)", "2 + cos(a.f)", []),
+        ("0", "2 + cos(a.f) + floor(time)", []),
+    ],
+)
+def test_a_momentum_is_common_where_sources_or_moduli_jump(speed, ratio, kept, tmp_path):
+    """The momentum of one body alone would miss the impulse."""
     text = f"""model M {{ a : J1; ma : I(1); z : J0; b : J1; mb : I(1); s : Sf({speed});
-      t : MTF {{ f2 = (2 + cos(a.f))*f1; }} a -> ma; a -> t -> z; s -> z; z -> b -> mb; }}
+      t : MTF {{ f2 = ({ratio})*f1; }} a -> ma; a -> t -> z; s -> z; z -> b -> mb; }}
     scene q of M {{ observe a.f; run 1 s; }}"""
     path = tmp_path / "jump.bg"
     path.write_text(text)

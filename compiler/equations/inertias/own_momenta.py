@@ -5,7 +5,7 @@ holds `(dN/du)' p` beside the mass. The flows go on there. Inertias on the indep
 themselves therefore keep their own momenta. The others react with the efforts
 `d/dt (M N(u) u)`, which is an algebraic loop in the rates of u. Its matrix `N' M d(N u)/du` is
 singular only where the equations of motion are. A source that sets part of the flows and jumps, or
-has no rate, moves the common momentum alone: groups with such a source keep it.
+has no rate, moves the common momentum alone, and so does a modulus: such groups keep it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def elements_on_flows(variables: Variables, group: Group) -> list[StorageElement
     """The elements that keep their momenta: together one inertia on each independent flow.
 
     Empty where no modulus reads a flow of the group, where a flow has no such element, and where a
-    source that may jump sets flows of the group.
+    modulus may jump, or a source that sets flows of the group.
     """
     if not _reads_own_flows(variables, group) or _is_moved_by_jumps(variables, group):
         return []
@@ -47,10 +47,11 @@ def _reads_own_flows(variables: Variables, group: Group) -> bool:
 
 
 def _is_moved_by_jumps(variables: Variables, group: Group) -> bool:
-    """Return whether sources set flows of the group by inputs or piecewise values."""
+    """Return whether moduli, or sources that set flows of the group, are piecewise or inputs."""
     dag, basis = variables.dag, variables.causal.basis
-    sources = {k for p in group.ports for k in p.flow if basis[k].kind is BasisKind.FLOW_SOURCE}
-    nodes = dag.reachable(variables.independent(k) for k in sources)
+    rows = [entry for port in group.ports for entry in port.flow.items()]
+    sources = {k for k, _ in rows if basis[k].kind is BasisKind.FLOW_SOURCE}
+    nodes = dag.reachable([*map(variables.independent, sources), *(node for _, node in rows)])
     return any(Op(dag.op[node]).row.jump is not None for node in nodes) or bool(
         dag.symbols_in(nodes, Kind.INPUT)
     )
