@@ -27,11 +27,23 @@ def expanded_text(
 
     `x*v + v*x` is written `2*x*v`, and `x*x` is written `x^2`.
     """
+    if _is_longer(dag, node, limit):
+        return None
     try:
         text = _Writer(dag, name, limit).write(node)[0]
     except _TooLongError:
         return None
     return text if len(text) <= limit else None
+
+
+def _is_longer(dag: Dag, node: Node, limit: int) -> bool:
+    """Return whether a node needs more than `limit` others, each a character at least."""
+    seen, stack = {node}, [node]
+    while stack and len(seen) <= limit:
+        new = set(dag.operands(stack.pop())) - seen
+        seen |= new
+        stack += new
+    return len(seen) > limit
 
 
 class _Writer:
