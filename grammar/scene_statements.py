@@ -304,7 +304,7 @@ _ROWS = (
     ),
     SceneStatement(
         "proof",
-        "Identifies the extended scene as it was when both were compared.",
+        "Identifies the extended scene.",
         form='a proof is `proof "3f2a91c04d7e";`',
         doc=(
             "`bgc reduce` writes it. `bgc check` warns where the scene that this one extends, or "
