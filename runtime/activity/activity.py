@@ -30,6 +30,8 @@ BUDGET = 120.0
 _ROWS = 2000
 _REPEATS = 3
 _PATIENCE = 10.0  # times the scene's own run
+_AT_LEAST = 1.0  # s that any run may take
+_TOGETHER = 2.0  # times a trial: what has to be left for another one
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +146,8 @@ def activity_report(
     )
     session.begin()
     metered, graph = metered_model(model)
-    run = completed(timed_run(metered, method, times, accounts=False, limit=budget))
+    limit = max(session.left, _AT_LEAST)
+    run = completed(timed_run(metered, method, times, accounts=False, limit=limit))
     found, spread = activities(metered, graph, times, run.rows)
     candidates = possible_changes(
         base.package,
@@ -154,10 +157,13 @@ def activity_report(
         negligible,
     )
     trials: list[Trial] = []
+    took = 0.0
     for candidate in tracked(candidates, progress, "trying", " changes"):
-        if session.left < 0:
+        before = session.left
+        if before < _TOGETHER * took:  # changes made together take as long again
             break
         trials.append(session.tried((candidate,)))
+        took = before - session.left
     report = ActivityReport(
         scene=model.facts.name or model.facts.model,
         method=method.name,
@@ -195,15 +201,14 @@ class ActivitySession(Session):
     def begin(self) -> None:
         """Run the unchanged scene; BG089 if it does not run."""
         self._names = [variable.name for variable in self.model.measured]
-        self._base = completed(self._timed(self.model, 600.0))
+        self._base = completed(self._timed(self.model, max(self.left, _AT_LEAST)))
         self._quantities = self.accuracy.quantities(self.model, self._base.rows)
 
     def _timed(self, model: LoadedModel, limit: float) -> Run:
-        """Run a few times; return a run with the median time."""
-        runs = [
-            self.instants.run(model, self.method, accounts=False, limit=limit)
-            for _ in range(_REPEATS)
-        ]
+        """Run a few times, as far as the budget permits; return a run with the median time."""
+        runs: list[Run] = []
+        while len(runs) < _REPEATS and (not runs or self.left > runs[0].seconds):
+            runs.append(self.instants.run(model, self.method, accounts=False, limit=limit))
         done = [run for run in runs if run.status == "done"]
         if not done:
             return runs[0]
@@ -221,7 +226,8 @@ class ActivitySession(Session):
             return Trial(changes, activity, refused=reason_of(problem))
         if [variable.name for variable in model.measured] != self._names:
             return Trial(changes, activity, refused="it observes something else")
-        run = self._timed(model, max(2.0, _PATIENCE * self._base.seconds))
+        patience = max(2.0, _PATIENCE * self._base.seconds)
+        run = self._timed(model, max(min(patience, self.left), _AT_LEAST))
         if run.status != "done":
             return Trial(changes, activity, refused=run.message)
         errors = self.instants.errors(run.rows, self._base.rows)
@@ -238,8 +244,8 @@ class ActivitySession(Session):
     def together(self, trials: Sequence[Trial]) -> Trial | None:
         """Try all acceptable changes that save operations at once, by rising error.
 
-        The last ones are dropped until the error is acceptable. Of changes that exclude each
-        other, the first is taken.
+        The last ones are dropped until the error is acceptable, or the budget is spent. Of changes
+        that exclude each other, the first is taken.
         """
         good = [t for t in trials if t.error is not None and t.error <= self.accuracy.limit]
         good = [trial for trial in good if _saves(trial, self.cost)]
@@ -249,7 +255,7 @@ class ActivitySession(Session):
             (change,) = trial.changes
             if not any(change.excludes(other.change) for other in chosen):
                 chosen.append(Candidate(change, trial.activity))
-        while chosen:
+        while chosen and self.left > 0:
             found = self.tried(chosen)
             if found.error is not None and found.error <= self.accuracy.limit:
                 return found
