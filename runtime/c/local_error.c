@@ -24,7 +24,7 @@ static const double alike = 2.0;   /* ratio up to which two steps are alike */
 /* Difference of local errors, relative, up to which one foretells the next. */
 static const double held_gap = 0.2, held_explicit = 0.05;
 static const double node[NODES] = {0.172673164646011428, 0.5, 0.827326835353988572, 1.0};
-static const double weight[NODES][NODES + 1] = { /* of f at the start and at the nodes */
+static const double quadrature[NODES][NODES + 1] = { /* of f at the start and at the nodes */
     {0.067728432186156898, 0.119744769343411683, -0.0217357218665581137, 0.0106358242254154919,
      -0.0037001392424145306},
     {-0.027103432186156898, 0.183439413979631096, 0.199513499644335891, -0.0415977853262360477,
@@ -84,7 +84,7 @@ static void sweep_nodes(const bgc_model *m, bgc_data *d, const bgc_error_step *s
         f[k] = k < NODES - 1 ? node_slope(m, d, k) : f_end;
     }
     for (int k = 0; k < NODES; k++) {
-        const double *w = weight[k];
+        const double *w = quadrature[k];
         double *y = node_state(m, d, k);
         for (int i = 0; i < m->n_state; i++) {
             change[i] = before[i] - y[i];

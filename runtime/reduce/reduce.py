@@ -111,7 +111,7 @@ def reduce(
     Raises
     ------
     BgError
-        The model or an argument is at fault; BG784 if nothing is required, BG092 if there is no
+        The model or an argument is at fault; BG661 if nothing is required, BG092 if there is no
         reference.
     """
     clock = Budget(in_si(budget, "budget", "s") or 0.0)

@@ -177,7 +177,7 @@ def test_without_a_requirement_nothing_is_reduced(tmp_path):
     path = written(tmp_path, WALL.replace("require inside within 0.1;", ""))
     with pytest.raises(BgError) as caught:
         bgc.reduce(path)
-    assert caught.value.diagnostics[0].code == "BG784"
+    assert caught.value.diagnostics[0].code == "BG661"
 
 
 # --- the command and the proof ----------------------------------------------------------------

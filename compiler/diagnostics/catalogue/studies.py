@@ -76,7 +76,7 @@ def designs_failed(failed: int, runs: int, first: str) -> None: ...
 
 
 @error(
-    "BG784: nothing says how accurate {scene:scene} must be",
+    "BG661: nothing says how accurate {scene:scene} must be",
     'give `--within "NAME: VALUE"`, or add `require NAME within VALUE;` to the scene',
 )
 def nothing_required(scene: str) -> None: ...
