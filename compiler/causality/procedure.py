@@ -34,7 +34,7 @@ _RECEIVES_EFFORT = {
     Role.COMPLIANCE: False,
     Role.RESISTANCE: False,
 }
-"""Whether a port receives the effort where it can choose; a resistance takes either."""
+"""True where a port that can choose receives the effort; a resistance takes either."""
 _TURNS = (
     (Role.FLOW_SOURCE, Role.EFFORT_SOURCE),
     (Role.INERTIA, Role.COMPLIANCE),
@@ -238,7 +238,7 @@ class _Course:
         return []
 
     def _receives(self, port: Port) -> bool:
-        """Whether the element at a port receives the effort of its bond."""
+        """Test whether the element at a port receives the effort of its bond."""
         return self.placed[port.bond].stroke.at_head == (port.sign > 0)
 
     def _neighbour(self, port: Port) -> str:

@@ -1,10 +1,11 @@
 /* local_error.c: the error that a step adds.
  *
- * Deferred correction of the step: its collocation equations at Lobatto's five points are swept from the dense output,
- * node after node, each by an implicit step with the factors of W, whose 1/c is close to the distance of the points.
- * Two sweeps leave little more than the collocation's own error, of order 8, also in parts with |h J| of 1 to 10,
- * oscillating or stiff, where a quadrature of f along the dense output sees a tenth of the local error. The end moves
- * by the local error. A. Dutt, L. Greengard, V. Rokhlin, BIT 40 (2000) 241; M. Minion, Comm. Math. Sci. 1 (2003) 471.
+ * Deferred correction of the step: its collocation equations at Lobatto's five points are swept
+ * from the dense output, node after node, each by an implicit step with the factors of W, whose 1/c
+ * is close to the distance of the points. Two sweeps leave little more than the collocation's own
+ * error, of order 8, also in parts with |h J| of 1 to 10, oscillating or stiff, where a quadrature
+ * of f along the dense output sees a tenth of the local error. The end moves by the local error.
+ * A. Dutt, L. Greengard, V. Rokhlin, BIT 40 (2000) 241; M. Minion, Comm. Math. Sci. 1 (2003) 471.
  *
  * That costs as much as the step, so it is not done in each. In smooth motion the local error is that of the last
  * measurement times the power of the step's length that the order of the method gives. It is taken for the steps

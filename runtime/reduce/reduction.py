@@ -54,7 +54,7 @@ class Proof:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ReductionResult:
-    """What a scene requires of its parts.
+    """The reduction of a scene: the changes that it allows, their proof, and all that was tried.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ _EQUALS = re.compile(r"=\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)")
 
 @dataclass(frozen=True, slots=True)
 class _Control:
-    """What Nemoh.cal says; depth is infinite for 0 there."""
+    """The contents of Nemoh.cal; depth is infinite for 0 there."""
 
     density: float
     gravity: float

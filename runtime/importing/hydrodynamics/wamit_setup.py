@@ -1,4 +1,4 @@
-"""What WAMIT's files say beside the coefficients: scales, the body's place, and its mass."""
+"""The contents of WAMIT's files beside the coefficients: scales, the body's place, and its mass."""
 
 from __future__ import annotations
 
