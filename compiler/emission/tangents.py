@@ -9,7 +9,9 @@ derivatives read.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
+from textwrap import fill
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivatives
@@ -22,7 +24,7 @@ from bgc.emission.print_c import HELPERS, LANES, Numbers
 from bgc.emission.print_lu import is_unrolled, print_solve, solve_prototype
 from bgc.emission.print_steps import print_steps
 from bgc.emission.print_tables import table_prototypes
-from bgc.emission.program_kernels import hoisted_kernel
+from bgc.emission.program_kernels import hoisted_kernel, stores
 from bgc.ir.lowered import Kernel, Lowered, Reads, Store
 from bgc.record_class import dataclass, replace
 
@@ -34,7 +36,8 @@ def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The additional C units of sensitivities, linked with `runtime/c/tangents`."""
     lowered = replace(lowered, program=replace(lowered.program, dag=lowered.program.dag.copy()))
     tangents = _Tangents(lowered)
-    kernels = tuple(tangents.kernels())
+    second, changing = tangents.second()
+    kernels = (*tangents.kernels(), second)
     own = hoisted_nodes(tangents.dag, kernels)
     extra = tuple(node for node in own if node not in tangents.hoisted)
     places = {node: k for k, node in enumerate((*lowered.hoisted, *extra))}
@@ -44,6 +47,7 @@ def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
         "n_work": str(max((text.work for text in texts.values()), default=0)),
         "n_prepare_work": str(prepare.work),
         "n_hoist": str(len(places)),
+        "n_jac": str(len(changing)),
         "first_change": str(_parameters_with_selectors(lowered)),
         "prepare": "tangents_prepare",
         **{name: f"bgc_tangents_{name}" for name in texts},
@@ -57,13 +61,16 @@ def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
         fields |= {"solve": "bgc_tangents_solve", "n_solve_work": str(extent)}
         shared.append(solve_prototype(TANGENTS))
         units.append(lane_unit("tangents_solve", shared, [], [solve]))
+    if changing:
+        fields |= {"jac_first": "tangents_jac_first", "jac_col": "tangents_jac_col"}
     table = "".join(f"    .{name} = {value},\n" for name, value in fields.items())
     model = (
         f"static const bgc_tangent_model tangents_info = {{\n{table}}};\n\n"
         "const bgc_tangent_model *bgc_get_tangent_model(void)\n{\n    return &tangents_info;\n}\n"
     )
     small = [text for name, text in texts.items() if name not in _LARGE]
-    rest = [*(HELPERS[name] for name in sorted(prepare.helpers)), prepare.text, model]
+    helpers = [HELPERS[name] for name in sorted(prepare.helpers)]
+    rest = [*helpers, prepare.text, *_pattern(lowered, changing), model]
     units.append(lane_unit("tangents", ['#include "bgc_tangents.h"\n', *shared], small, rest))
     units += [
         lane_unit(f"tangents_{name}", shared, [texts[name]]) for name in _LARGE if name in texts
@@ -89,7 +96,6 @@ class _Tangents:
         """The kernels of tangents by name; those of what the model does not have are left out."""
         program, running = self.lowered.program, "h t x u d q"
         yield self._kernel("rhs", running, "f", [s.derivative for s in program.states])
-        yield self._second()
         yield self._kernel("outputs", running, "y", [o.node for o in program.observations])
         initial = [s.initial for s in program.states]
         yield self._kernel("initial", "h t u q", "x", initial)
@@ -112,14 +118,17 @@ class _Tangents:
             started = [values.get(k, node) for k, node in enumerate(initial)]
             yield self._kernel("started", own, "x", started)
 
-    def _second(self) -> Kernel:
-        """The change of the Jacobian: of its entries, or of its product with r."""
+    def second(self) -> tuple[Kernel, tuple[int, ...]]:
+        """The change of the Jacobian: of the entries that change, or of its product with r."""
         jacobian, running = self.lowered.jacobian, "h t x u d q"
         purpose = "Changes of the Jacobian."
         if jacobian.inner == 0:
-            entries = self._changes("jac", jacobian.entries)
+            changes = self._changed(jacobian.entries)
+            changing = tuple(k for k, change in enumerate(changes) if change != self.dag.zero)
+            made = stores("jac", (changes[k] for k in changing))
             by_time = self._changes("dfdt", jacobian.by_time)
-            return hoisted_kernel("jacobian", purpose, running, "jac dfdt", (*entries, *by_time))
+            kernel = hoisted_kernel("jacobian", purpose, running, "jac dfdt", (*made, *by_time))
+            return kernel, changing
         count = len(self.lowered.program.states)
         along = {
             symbol: self.dag.symbol(Kind.RATE, place)
@@ -127,9 +136,9 @@ class _Tangents:
         }
         rates = [state.derivative for state in self.lowered.program.states]
         products = directional_derivatives(self.dag, rates, along)
-        return hoisted_kernel(
-            "curvature", purpose, f"{running} r", "f", self._changes("f", products)
-        )
+        made = self._changes("f", products)
+        kernel = hoisted_kernel("curvature", purpose, f"{running} r", "f", made)
+        return kernel, ()
 
     def _kernel(self, name: str, inputs: str, result: str, nodes: Sequence[Node]) -> Kernel:
         purpose = f"Changes of the results of {name}."
@@ -137,8 +146,10 @@ class _Tangents:
 
     def _changes(self, array: str, nodes: Sequence[Node]) -> tuple[Store, ...]:
         """Stores of the changes of nodes."""
-        changes = directional_derivatives(self.dag, nodes, self._direction())
-        return tuple(Store(array, k, change) for k, change in enumerate(changes))
+        return stores(array, self._changed(nodes))
+
+    def _changed(self, nodes: Sequence[Node]) -> list[Node]:
+        return directional_derivatives(self.dag, nodes, self._direction())
 
     def _direction(self) -> dict[Node, Node]:
         dag, states = self.dag, len(self.lowered.program.states)
@@ -190,6 +201,19 @@ class _Tangents:
             own = found[symbols[index]]
             found[symbols[index]] = dag.add(own, dag.mul(follows, change))
         return found
+
+
+def _pattern(lowered: Lowered, changing: Sequence[int]) -> Iterator[str]:
+    """Tables of the entries of the Jacobian that change: the first of each row, and columns."""
+    rows = [lowered.jacobian.rows[k] for k in changing]
+    first = [bisect_left(rows, row) for row in range(len(lowered.program.states) + 1)]
+    columns = [lowered.jacobian.columns[k] for k in changing]
+    for name, numbers in (("first", first), ("col", columns)):
+        if changing:
+            body = fill(
+                ", ".join(map(str, numbers)), 96, initial_indent="    ", subsequent_indent="    "
+            )
+            yield f"static const int tangents_jac_{name}[] = {{\n{body}}};\n"
 
 
 def _parameters_with_selectors(lowered: Lowered) -> int:

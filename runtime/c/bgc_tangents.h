@@ -26,8 +26,10 @@ typedef struct {
                      lane *z, lane *w);
     void (*resets)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
                    lane *z, lane *w);
-    /* Of the Jacobian: of its entries and df/dt, or of its product with r, whose element n_state is the
-     * factor of df/dt. */
+    /* Of the Jacobian: of df/dt and of n_jac entries, in the columns jac_col, those of row i from
+     * jac_first[i] on; or of its product with r, whose element n_state is the factor of df/dt. */
+    int n_jac;
+    const int *jac_first, *jac_col;
     void (*jacobian)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
                      lane *jac, lane *dfdt, lane *w);
     void (*curvature)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,

@@ -21,7 +21,7 @@ static lane *take(lane **at, size_t *size, size_t count) {
 static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     const size_t n = (size_t)m->n_state, hoisted = (size_t)s->kernel->n_hoist;
     const size_t inputs = (size_t)(m->n_input + m->n_switch), moving = n + 1 + (size_t)m->n_start;
-    const size_t entries = s->kernel->jacobian != NULL ? (size_t)m->n_jac : 0;
+    const size_t entries = (size_t)s->kernel->n_jac;
     size_t result = n, size = 0;
 
     result = (size_t)m->n_output > result ? (size_t)m->n_output : result;
@@ -39,6 +39,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     s->x_jac = take(&at, &size, n);
     s->u_jac = take(&at, &size, inputs);
     s->stages = take(&at, &size, BGC_MAX_STAGES * n);
+    s->products = take(&at, &size, entries > 0 ? BGC_MAX_STAGES * n : 0);
     s->right = take(&at, &size, result);
     s->change = take(&at, &size, moving);
     s->along = take(&at, &size, moving);
@@ -68,9 +69,9 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
     const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
     const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
-    const size_t matrix = m->n_mass > 0 ? n * n : 0;
+    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (2 + BGC_MAX_STAGES) * n;
 
-    s->p = calloc(count + prepared + work + unknowns + 2 * n + matrix + 1, sizeof *s->p);
+    s->p = calloc(count + prepared + work + unknowns + rates + matrix + 1, sizeof *s->p);
     s->pivot = calloc(n + 1, sizeof *s->pivot);
     if (s->p == NULL || s->pivot == NULL) {
         return 0;
@@ -80,7 +81,8 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     s->column = s->prepare_work + work;
     s->rate = s->column + unknowns;
     s->rate_after = s->rate + n;
-    s->dense_mass = s->rate_after + n;
+    s->transposed = s->rate_after + n;
+    s->dense_mass = s->transposed + BGC_MAX_STAGES * n;
     return 1;
 }
 

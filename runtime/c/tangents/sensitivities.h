@@ -5,6 +5,8 @@
 #include "bgc_internal.h"
 #include "bgc_tangents.h"
 
+enum { BGC_TOGETHER = 4 }; /* stages whose products are made together; divides BGC_MAX_STAGES */
+
 /* As many parameters as a register has lanes. */
 typedef struct {
     lane *q, *mass;                    /* changes of h and of M */
@@ -29,8 +31,9 @@ struct bgc_sensitivities {
     long jacobians, factorisations;    /* of the run when the Jacobian and the factors were taken */
 
     /* Scratch. */
-    lane *stages, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work;
+    lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work;
     double *p, *prepared, *prepare_work, *column, *rate, *rate_after;
+    double *transposed; /* U_i of all stages side by side, for each state */
     int *pivot;
     double *dense_mass;
 

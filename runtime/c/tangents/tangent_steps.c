@@ -25,9 +25,10 @@ static void combine(int n, int count, const double *weight, const lane *vectors,
     memcpy(out, base, (size_t)n * sizeof *out);
     for (int j = 0; j < count; j++) {
         const lane *v = vectors + (size_t)j * (size_t)n;
+        const lane part = lane_of(weight[j]);
         const int used = weight[j] != 0.0 ? n : 0;
         for (int i = 0; i < used; i++) {
-            out[i] += weight[j] * v[i];
+            out[i] += part * v[i];
         }
     }
 }
@@ -40,6 +41,9 @@ static void spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, c
     for (int i = 0; i < of->tableau->stages; i++) {
         bgc_combine(n, i, of->tableau->a[i], d->stages, d->x, d->point);
         bgc_spread(n, d->point, s->points + (size_t)i * (size_t)n);
+        for (int k = 0; k < n; k++) {
+            s->transposed[BGC_MAX_STAGES * k + i] = stage_of(m, d, i)[k];
+        }
     }
     if (of->implicit && s->kernel->solve != NULL && d->core.pivoting != BGC_DENSE &&
         s->factorisations != d->core.counts.factorisations) {
@@ -83,23 +87,43 @@ static void differentiate_jacobian(const bgc_model *m, bgc_sensitivities *s, bgc
     }
 }
 
+/* J' U_i of all stages, to s->products: four at a time, for which each entry is read once. */
+static void multiply_change_of_jacobian(const bgc_model *m, bgc_sensitivities *s,
+                                        const bgc_sensitivity_block *b, int stages) {
+    const int n = m->n_state, *first = s->kernel->jac_first, *column = s->kernel->jac_col;
+
+    for (int from = 0; from < stages; from += BGC_TOGETHER) {
+        lane *product = s->products + (size_t)from * (size_t)n;
+        for (int i = 0; i < n; i++) {
+            lane sum[BGC_TOGETHER] = {{0.0}};
+            for (int k = first[i]; k < first[i + 1]; k++) {
+                const double *u = s->transposed + BGC_MAX_STAGES * (size_t)column[k] + from;
+                for (int j = 0; j < BGC_TOGETHER; j++) {
+                    sum[j] += u[j] * b->jac[k];
+                }
+            }
+            for (int j = 0; j < BGC_TOGETHER; j++) {
+                product[j * n + i] = sum[j];
+            }
+        }
+    }
+}
+
 /* s->right += J' U_i + slope (df/dt)'. */
 static void add_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
                                    bgc_sensitivity_block *b, int i, double slope) {
-    const double *stage = stage_of(m, d, i);
+    const lane *product = s->products + (size_t)i * (size_t)m->n_state;
 
     if (s->kernel->jacobian != NULL) {
-        for (int k = 0; k < m->n_jac; k++) {
-            s->right[m->jac_row[k]] += stage[m->jac_col[k]] * b->jac[k];
-        }
-        for (int k = 0; k < m->n_state && slope != 0.0; k++) {
+        for (int k = 0; k < m->n_state; k++) {
             s->right[k] += slope * b->dfdt[k];
+            s->right[k] += s->kernel->n_jac > 0 ? product[k] : lane_of(0.0);
         }
         return;
     }
     memcpy(s->change, b->at_jac, (size_t)m->n_state * sizeof *s->change);
     s->change[m->n_state] = lane_of(0.0);
-    bgc_spread(m->n_state, stage, s->along);
+    bgc_spread(m->n_state, stage_of(m, d, i), s->along);
     s->along[m->n_state] = lane_of(slope);
     s->kernel->curvature(s->h, lane_of(s->t_jac), s->x_jac, s->u_jac, s->change, b->q, s->along,
                          s->result, s->work);
@@ -208,6 +232,9 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
         bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
         if (of.implicit && fresh) {
             differentiate_jacobian(m, s, b, &of);
+        }
+        if (of.implicit && s->kernel->n_jac > 0) {
+            multiply_change_of_jacobian(m, s, b, of.tableau->stages);
         }
         for (int i = 0; i < of.tableau->stages && status == BGC_OK; i++) {
             status = differentiate_stage(m, d, s, b, &of, i);
