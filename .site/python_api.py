@@ -83,7 +83,7 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.runtime.realtime.python_device.PythonDevice",
         ),
     ),
-    ("trade", "Speed and accuracy", ("bgc.trade", "bgc.Trade")),
+    ("trade", "Speed and accuracy", ("bgc.trade", "bgc.Trade", "bgc.reduce", "bgc.Reduction")),
     (
         "views",
         "Graphs, equations, pages",

@@ -34,6 +34,7 @@ _EXTRAS = {
     "casadi": "`model.casadi()`",
     "cluster": "`bgc sweep --scheduler`, Zarr files",
     "mujoco": "`bgc import` of MuJoCo's files",
+    "hydro": "`bgc import` of hydrodynamic data in HDF5",
 }
 
 

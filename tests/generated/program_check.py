@@ -156,13 +156,12 @@ def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str
         return "rest", f"but for rounding: {about}"
     if kind == "differs":
         kind, about = _confirmed_by_equations(program, raw, place, about)
-    if kind == "agrees" and _is_still(base):
-        return "rest", ""  # its variants differ by rounding
     if kind != "agrees":
         return kind, about
     tried = _variants(program, place, scales_of_columns(base), base, variants)
     if tried is not None:
-        return tried
+        rounded = tried[0] == "differs" and "refused" not in tried[1] and _is_still(base)
+        return ("rest", f"but for rounding: {tried[1]}") if rounded else tried
     coarse = _at_defaults(program, raw, place)
     if coarse is not None:
         return coarse

@@ -6,7 +6,7 @@ endif
 syn keyword bgKeyword assert const der domain else equation for function if import in input interface let model output param port project scene set signal state then unknown use
 syn keyword bgOperator and not or
 syn keyword bgConstant pi time
-syn match bgStatement /\v%(^|[;{}])@<=\s*<%(deadline|device|drive|effort|flow|keep|observe|plot|pseudo|require|reset|run|sample|shape|solver|start|step|when)>%(\s*%([:.=,)]|-\>))@!/
+syn match bgStatement /\v%(^|[;{}])@<=\s*<%(deadline|device|drive|effort|flow|keep|observe|plot|proof|pseudo|require|reset|run|sample|shape|solver|start|step|when)>%(\s*%([:.=,)]|-\>))@!/
 syn match bgWord /\v\s@<=<%(against|as|at|colour|every|from|hold|is|main|next|of|offset|out|rest|sampled|to|vary|within)>%(\s*%([:.=,)]|-\>))@!/
 syn match bgElement /\v%(:\s*)@<=<%(C|Demux|GY|I|IC|J0|J1|MGY|MR|MSe|MSf|MTF|Mux|R|Se|Sf|TF)>/
 syn match bgFunction /\v<%(abs|acos|acosh|asin|asinh|atan|atan2|atanh|block|cbrt|ceil|cos|cosh|cross|data|der|diag|dot|erf|erfc|exp|expm1|eye|floor|fmod|hypot|interpolate|inv|jacobian|length|log|log10|log1p|max|min|norm|ones|outer|random|sign|sin|sinh|skew|sqrt|stack|sum|tan|tanh|transpose|zeros)>%(\s*\()@=/
