@@ -156,7 +156,13 @@ def compared(proof: Proof) -> str:
         )
         if row is not None
     ]
-    return f"The run takes {spelled(reduced)}: {', '.join(parts)}." if parts else ""
+    text = f"The run takes {spelled(reduced)}: {', '.join(parts)}." if parts else ""
+    if proof.whole is not None and proof.whole.seconds < reduced:
+        text += (
+            f" The whole scene with {proof.whole.label} is the faster one: take this method, and "
+            "leave the parts as they are."
+        )
+    return text
 
 
 def _times(ratio: float) -> str:

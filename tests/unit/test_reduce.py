@@ -15,6 +15,7 @@ from bgc.driver import check_source
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.reduce.ladders import Elaborations
+from bgc.runtime.reduce.reduction import Proof, Timed, compared
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
@@ -130,6 +131,13 @@ def test_every_trial_states_its_true_error(tmp_path):
         rows = model.simulate(solver="radau5", rtol=1e-8, every=1e-3, error=False)["inside"]
         true = np.max(np.abs(rows - exact)) / 0.1
         assert trial.error == pytest.approx(true, rel=0.05, abs=0.06)
+
+
+@pytest.mark.parametrize(("seconds", "is_faster"), [(0.9, True), (1.1, False)])
+def test_a_whole_scene_that_is_faster_is_named(seconds, is_faster):
+    whole = Timed("rodas4p2 rtol 0.001", seconds, 0.3)
+    proof = Proof("solver ros23;", 0.1, None, 0.0, Timed("ros23", 1.0, 0.1), None, whole)
+    assert ("rodas4p2 rtol 0.001 is the faster one" in compared(proof)) is is_faster
 
 
 def test_a_change_has_to_hold_in_all_cases(tmp_path):
