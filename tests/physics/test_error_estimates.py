@@ -123,15 +123,16 @@ def test_a_step_knows_its_errors_in_fast_parts(solver, tmp_path):
         assert 0.5 < np.linalg.norm(found[part]) / np.linalg.norm(true[part]) < 1.5
 
 
-def test_errors_of_slow_and_fast_diffusion_are_known():
+@pytest.mark.parametrize(("rtol", "factor"), [(1e-4, 2), (1e-6, 3)])
+def test_errors_of_slow_and_fast_diffusion_are_known(rtol, factor):
     """Heat on a grid: the fast parts pass within the first steps."""
     model = bgc.compile(MODELS / "ivp" / "heat_square.bg")
     end = model.facts.duration
     exact = model.simulate(every=end / 200, solver="radau5", rtol=1e-11, error=False)
-    run = model.simulate(every=end / 200, rtol=1e-6, atol=1e-6)
+    run = model.simulate(every=end / 200, rtol=rtol)
     for name in run.columns:
         true = np.abs(run[name] - exact[name]).max()
-        assert true / 3 < run.error[name].max() < 3 * true or true == 0.0
+        assert true / factor < run.error[name].max() < factor * true or true == 0.0
 
 
 def test_errors_are_followed_far_below_the_sizes_of_states():
