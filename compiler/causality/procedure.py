@@ -4,7 +4,9 @@
 the other: each source, then each storage element, then each resistor takes the causality that it
 needs or prefers, and what follows at junctions and two-ports is placed before the next choice
 (Karnopp and Rosenberg 1975). Given the strokes, `place_in_order` finds that order and the reason
-for each. Without them, as in a graph that `assign` refuses, it stops at the first contradiction.
+for each. Without them, as in a graph that `assign` refuses, it stops at the first contradiction. A
+ring of bonds or an odd loop of gyrators may be one, as on paper; `assign` judges them by their
+coefficients.
 """
 
 from __future__ import annotations
