@@ -29,7 +29,7 @@ class Timed:
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """The run of the reduced scene, with its method, against the whole scene.
+    """The run of the cheapest scene that was found, with its method, against the whole scene.
 
     Attributes
     ----------
@@ -41,6 +41,9 @@ class Proof:
     reduced, own, whole
         Times of the reduced scene; of the whole scene with its own method; and of the whole scene
         with the cheapest method that was found within the requirement, None where none was.
+    is_whole
+        True where the whole scene with this method is as fast as the reduced one: it is then the
+        scene that was found, and `method` and `error` are its.
     """
 
     method: str
@@ -50,6 +53,7 @@ class Proof:
     reduced: Timed
     own: Timed | None
     whole: Timed | None
+    is_whole: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -103,6 +107,11 @@ class ReductionResult:
 
     @property
     def best(self) -> Trial:
+        """The trial of the scene that was found: the whole one where it is as fast."""
+        return self.whole if self.proof is not None and self.proof.is_whole else self.coarsest
+
+    @property
+    def coarsest(self) -> Trial:
         """The trial of all accepted changes."""
         return self.stages[-1].after if self.stages else self.whole
 
@@ -115,7 +124,7 @@ class ReductionResult:
     def sentence(self) -> str:
         """The result in words."""
         if self.proof is not None:
-            return f"{summary(self.best, self.whole, self.proof)} {compared(self.proof)}"
+            return f"{summary(self, self.proof)} {compared(self.proof)}"
         if self.stages:
             return (
                 f"{self.best.states} of {counted(self.whole.states, 'state')} may be enough, but "
@@ -135,34 +144,37 @@ class ReductionResult:
         return f"<bgc reduction of {self.scene}: {len(self.tried)} tried; {self.sentence}>"
 
 
-def summary(best: Trial, whole: Trial, proof: Proof) -> str:
+def summary(found: ReductionResult, proof: Proof) -> str:
     """Say what is left of the scene, and how far off it is."""
     quantity = proof.worst
     off, required = (quantity.shown.text(value, 2) for value in (proof.off, quantity.scale))
+    states = counted(found.whole.states, "state")
+    what = (
+        f"Nothing is gained by dropping: the whole scene is as fast as {found.coarsest.states} of "
+        f"its {states}"
+        if proof.is_whole
+        else f"{found.best.states} of {states} are enough"
+    )
     return (
-        f"{best.states} of {counted(whole.states, 'state')} are enough: with `{proof.method}`, "
-        f"{quantity.name} is at most {off} off, of the {required} required."
+        f"{what}: with `{proof.method}`, {quantity.name} is at most {off} off, of the {required} "
+        "required."
     )
 
 
 def compared(proof: Proof) -> str:
-    """Say how the time of the reduced scene compares with that of the whole scene."""
-    reduced = proof.reduced.seconds
+    """Say how the time of the scene that was found compares with those of the others."""
+    rows = {
+        "the whole scene with its own method": proof.own,
+        "the whole scene with the cheapest method found": proof.whole,
+        "the reduced scene": proof.reduced,
+    }
+    best = proof.whole if proof.is_whole and proof.whole is not None else proof.reduced
     parts = [
-        f"{_times(row.seconds / reduced)} as fast as {what} ({row.label})"
-        for row, what in (
-            (proof.own, "the whole scene with its own method"),
-            (proof.whole, "the whole scene with the cheapest method found"),
-        )
-        if row is not None
+        f"{_times(row.seconds / best.seconds)} as fast as {what} ({row.label})"
+        for what, row in rows.items()
+        if row is not None and row is not best
     ]
-    text = f"The run takes {spelled(reduced)}: {', '.join(parts)}." if parts else ""
-    if proof.whole is not None and proof.whole.seconds < reduced:
-        text += (
-            f" The whole scene with {proof.whole.label} is the faster one: take this method, and "
-            "leave the parts as they are."
-        )
-    return text
+    return f"The run takes {spelled(best.seconds)}: {', '.join(parts)}." if parts else ""
 
 
 def _times(ratio: float) -> str:

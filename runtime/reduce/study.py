@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
@@ -11,33 +10,27 @@ from typing import Any
 
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
-from bgc.language.methods import METHODS
 from bgc.language.solver import Solver
 from bgc.resolution.scene_digest import scene_digest
 from bgc.runtime.activity.powers import activities, below, metered_model
-from bgc.runtime.measuring.judging import worst_error
 from bgc.runtime.measuring.measured_store import open_store
 from bgc.runtime.measuring.session import changed_model
 from bgc.runtime.measuring.timed_run import Budget, machine_description, timed_run
 from bgc.runtime.reduce.ladders import Elaborations, Ladder, Ladders
+from bgc.runtime.reduce.method_choice import MethodChoice
 from bgc.runtime.reduce.reduced_scene import ReducedScene
-from bgc.runtime.reduce.reduction import Proof, ReductionResult, Timed, summary
+from bgc.runtime.reduce.reduction import ReductionResult, summary
 from bgc.runtime.reduce.search import Search
 from bgc.runtime.reduce.trial import Case, Trial, Trials
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.progress import StatusLine
-from bgc.runtime.running.run import choose_method
-from bgc.runtime.trade.configurations import RTOLS, Configuration, scene_configurations
 from bgc.runtime.trade.measurement import DONE, Measurement
-from bgc.runtime.trade.trade import adaptive_and_fixed
-from bgc.runtime.trade.trade_session import FOR_REPETITIONS, TradeSession, open_session
+from bgc.runtime.trade.trade_session import TradeSession, open_session
 
 _ENOUGH = 1e-3  # of the requirement: the accuracy of references
 _FOR_LADDERS = 0.2  # of the budget, to find the coarser forms
 _FOR_METHODS = 0.35  # of the budget, kept from the search for the choice of the method
 _MANY = 9  # ladders, from which on activities are worth a compilation
-_ROUNDS = 5  # in which the scenes to be compared take turns
-_WHOLE_METHODS = 6  # the cheapest of the reduced scene, with which the whole one is run too
 
 
 def reduce_scene(
@@ -94,7 +87,7 @@ def reduce_scene(
     proof = None
     if search.stages:
         line.show("choosing the method")
-        choice = _Choice(cases, elaborations.expanded(best.changes), trials.method)
+        choice = MethodChoice(cases, elaborations.expanded(best.changes), trials.method)
         measurements = choice.measurements
         line.show("comparing times")
         proof = choice.proof()
@@ -164,138 +157,6 @@ def _shares(
     return session.kept(dict[str, float], find, "activity")
 
 
-class _Choice:
-    """The choice of the method for the reduced scene, judged in all cases."""
-
-    def __init__(self, cases: Sequence[Case], changes: tuple[Change, ...], method: Solver) -> None:
-        self.cases, self.changes = cases, changes
-        self.sessions = [
-            replace(case.session, model=changed_model(case.session.model, changes), audited=None)
-            for case in cases
-        ]
-        self.measurements = self._measured(method)
-        self.chosen, self.errors = self._chosen()
-
-    def _measured(self, method: Solver) -> tuple[Measurement, ...]:
-        case, session = self.cases[0], self.sessions[0]
-        adaptive, fixed = adaptive_and_fixed(session.model, None)
-        adaptive, fixed = (
-            [name for name in names if name in METHODS] for names in (adaptive, fixed)
-        )
-        explicit = [name for name in fixed if not METHODS[name].family.jacobian]
-        steps = case.session.step_ladder(case.reference) if fixed else ()
-        listed = scene_configurations(adaptive, fixed, RTOLS, steps, (1,), explicit)
-        sure = Configuration(method.name, rtol=method.rtol)
-        wanted = [replace(each, changes=self.changes) for each in dict.fromkeys((sure, *listed))]
-        session.reserve_share(FOR_REPETITIONS)
-        rows = session.measure(wanted, case.reference, case.target)
-        return session.repeat(session.with_worst_times(rows, case.target), case.target)
-
-    def _chosen(self) -> tuple[Measurement | None, list[tuple[float, ...]]]:
-        """The cheapest method that is acceptable in all cases, and its errors in each."""
-        for row in sorted(self.measurements, key=lambda row: row.cpu):
-            if not self._acceptable(self.cases[0], row):
-                continue
-            errors = [row.errors]
-            for case, session in zip(self.cases[1:], self.sessions[1:], strict=True):
-                session.reserve = 0.0
-                other = session.measured(row.configuration, case.reference)
-                if not self._acceptable(case, other):
-                    break
-                errors.append(other.errors)
-            else:
-                return row, errors
-        return None, []
-
-    def _acceptable(self, case: Case, row: Measurement) -> bool:
-        return case.target.fits(row) and case.error(row.errors) <= 1.0
-
-    def proof(self) -> Proof | None:
-        """Compare the reduced scene with the whole one, in time and error."""
-        if self.chosen is None:
-            return None
-        case, session = self.cases[0], self.sessions[0]
-        whole = case.session
-        whole.reserve = 0.0
-        near = sorted(filter(lambda row: self._acceptable(case, row), self.measurements), key=_cpu)
-        rows = [
-            whole.measured(replace(row.configuration, changes=()), case.reference)
-            for row in near[:_WHOLE_METHODS]
-        ]
-        fit = min(filter(lambda row: self._acceptable(case, row), rows), key=_cpu, default=None)
-        own = choose_method(whole.model.library, whole.model.facts)
-        runs: dict[str, tuple[LoadedModel, Solver]] = {
-            "reduced": (session.model, self.chosen.configuration.method),
-            "own": (whole.model, own),
-        }
-        if fit is not None:
-            runs["whole"] = (whole.model, fit.configuration.method)
-        seconds = _in_turns(whole, runs)
-        if "reduced" not in seconds:
-            return None
-        worst, off = max(
-            (worst_error(errors, each.target.quantities) for each, errors in self._each()),
-            key=lambda pair: pair[1] / pair[0].scale,
-        )
-        errors = {
-            "reduced": max(each.error(found) for each, found in self._each()),
-            "own": _own_error(case, own),
-            "whole": case.error(fit.errors) if fit is not None else 0.0,
-        }
-        labels = {name: _label(method) for name, (_, method) in runs.items()}
-        timed = {name: Timed(labels[name], seconds[name], errors[name]) for name in seconds}
-        return Proof(
-            method=self.chosen.configuration.statement(case.target.settle),
-            error=errors["reduced"],
-            worst=worst,
-            off=off,
-            reduced=timed["reduced"],
-            own=timed.get("own"),
-            whole=timed.get("whole"),
-        )
-
-    def _each(self) -> list[tuple[Case, tuple[float, ...]]]:
-        return list(zip(self.cases, self.errors, strict=True))
-
-
-def _cpu(row: Measurement) -> float:
-    return row.cpu
-
-
-def _label(method: Solver) -> str:
-    """The method with its tolerance or step, where it has one of its own."""
-    is_plain = not (method.rtol or method.step)
-    found = Configuration(method.name, method.rtol, method.step, max(method.keep, 1))
-    return method.name if is_plain else found.label
-
-
-def _own_error(case: Case, method: Solver) -> float:
-    """The error of the whole scene with its own method over the requirement."""
-    session = case.session
-    run = case.reference.instants.run(
-        session.model, method, accounts=False, limit=max(session.left, 1.0)
-    )
-    if run.status != DONE:
-        return float("inf")
-    return case.error(case.reference.instants.errors(run.rows, case.reference.rows))
-
-
-def _in_turns(
-    session: TradeSession, runs: Mapping[str, tuple[LoadedModel, Solver]]
-) -> dict[str, float]:
-    """Processor times of runs, s: medians of a few rounds in which they take turns."""
-    found: dict[str, list[float]] = {name: [] for name in runs}
-    for count in range(_ROUNDS):
-        for name, (model, method) in runs.items():
-            if count and session.left < 0:
-                continue
-            limit = max(session.left, 10.0)
-            run = timed_run(model, method, session.times, accounts=False, limit=limit)
-            if run.status == DONE:
-                found[name].append(run.seconds)
-    return {name: statistics.median(seconds) for name, seconds in found.items() if seconds}
-
-
 def _reduced(found: ReductionResult, elaborations: Elaborations) -> ReducedScene | None:
     """The scene to be written, if there is a proof."""
     proof = found.proof
@@ -308,7 +169,7 @@ def _reduced(found: ReductionResult, elaborations: Elaborations) -> ReducedScene
     one, other = found.reference.methods
     cases = f" in {len(found.cases)} cases" if len(found.cases) > 1 else ""
     text = (
-        f"{summary(found.best, found.whole, proof)} Proved by `bgc reduce` by a run over "
+        f"{summary(found, proof)} Proved by `bgc reduce` by a run over "
         f"{found.duration:g} s{cases}, against a reference on which {one} and {other} agree."
     )
     return ReducedScene(

@@ -14,10 +14,12 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import check_source
 from bgc.options import Options
 from bgc.runtime.cli.app import application
+from bgc.runtime.reduce import method_choice
 from bgc.runtime.reduce.ladders import Elaborations
-from bgc.runtime.reduce.reduction import Proof, Timed, compared
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
+
+SECONDS = {"reduced": 1.0, "own": 20.0, "whole": 2.0}
 
 WALL = """
 interface Skin { port a in; port b out; }
@@ -49,6 +51,14 @@ model Wall[n = 8] {
 }
 scene wall of Wall { observe inside; require inside within 0.1; run 1 s every 20 ms; }
 """
+
+
+@pytest.fixture(autouse=True)
+def _given_times(monkeypatch):
+    """Times that no other process disturbs: the reduced scene is the faster one."""
+    monkeypatch.setattr(
+        method_choice, "_in_turns", lambda session, runs: {name: SECONDS[name] for name in runs}
+    )
 
 
 def written(folder: Path, text: str = WALL) -> Path:
@@ -133,11 +143,18 @@ def test_every_trial_states_its_true_error(tmp_path):
         assert trial.error == pytest.approx(true, rel=0.05, abs=0.06)
 
 
-@pytest.mark.parametrize(("seconds", "is_faster"), [(0.9, True), (1.1, False)])
-def test_a_whole_scene_that_is_faster_is_named(seconds, is_faster):
-    whole = Timed("rodas4p2 rtol 0.001", seconds, 0.3)
-    proof = Proof("solver ros23;", 0.1, None, 0.0, Timed("ros23", 1.0, 0.1), None, whole)
-    assert ("rodas4p2 rtol 0.001 is the faster one" in compared(proof)) is is_faster
+def test_a_whole_scene_that_is_faster_is_the_one_that_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(method_choice, "_in_turns", lambda session, runs: SECONDS | {"whole": 0.9})
+    path, out = written(tmp_path), tmp_path / "reduced.bg"
+    found = bgc.reduce(path)
+    assert (found.best.states, found.coarsest.states) == (9, 4)
+    assert found.sentence.startswith("Nothing is gained by dropping: the whole scene is as fast as")
+    found.to_bg(out)
+    assert "set n" not in out.read_text() and "use skin" not in out.read_text()
+    rows = bgc.compile(out).simulate(every=1e-3, error=False)["inside"]
+    off = np.max(np.abs(rows - tight(path)))
+    assert off / 0.1 == pytest.approx(found.proof.error, rel=0.05, abs=2e-3)
+    assert found.proof.method in out.read_text()
 
 
 def test_a_change_has_to_hold_in_all_cases(tmp_path):
