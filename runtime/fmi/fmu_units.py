@@ -48,9 +48,8 @@ def _base(name: str) -> tuple[tuple[str, str], ...]:
     exponents = {
         base: int(exponent) for base, exponent in zip(BASE_UNITS, unit.dimension, strict=True)
     }
-    exponents["rad"] = sum(
-        int(power or 1) * (-1 if sign == "/" else 1) for sign, power in _RADIANS.findall(name)
-    )
+    radians = _RADIANS.findall(unit.symbol)
+    exponents["rad"] = sum(int(power or 1) * (-1 if sign == "/" else 1) for sign, power in radians)
     attributes = [(base, str(exponent)) for base, exponent in exponents.items() if exponent]
     if unit.factor != 1:
         attributes.append(("factor", repr(float(unit.factor))))

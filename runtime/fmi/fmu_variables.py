@@ -116,7 +116,8 @@ def variable_table(
     for k, (name, unit, start) in enumerate((*_device_inputs(program), *others)):
         rows.add("input", k, name, unit, "input", start=start)
     for k, output in enumerate(program.observations):
-        rows.add("output", k, output.name, output.unit, "output", shown=output.shown)
+        name = name_in_si(output.name)
+        rows.add("output", k, name, output.unit, "output", shown=output.shown)
     for k, (name, unit) in enumerate(_commands(program.devices)):
         rows.add("command", k, name, unit, "output")
     _add_accounts(rows, program, accounts)
