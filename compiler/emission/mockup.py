@@ -45,7 +45,20 @@ class Mockup:
     counts: tuple[int, ...]
 
 
-def mockup_source(emitted: EmittedModel, facts: Mockup, runtime_dir: Path) -> str:
+@dataclass(frozen=True, slots=True)
+class MockupSource:
+    """The C11 texts of an FMU, each of which requires no header of the runtime.
+
+    `text` is the whole in one file. `model` and `runtime` are the two halves of it: `runtime` is
+    that of many models, so that it is compiled once.
+    """
+
+    text: str
+    model: str
+    runtime: str
+
+
+def mockup_source(emitted: EmittedModel, facts: Mockup, runtime_dir: Path) -> MockupSource:
     """Print the C11 file of an FMU, which requires only libm; equal input gives equal bytes."""
     lowered, pattern = with_partials(emitted.lowered, facts.accounts)
     own = emit_lowered(lowered, emitted.source_hash, split=False).units
@@ -54,16 +67,22 @@ def mockup_source(emitted: EmittedModel, facts: Mockup, runtime_dir: Path) -> st
     kept = {name: path for name, path in sources.items() if not name.startswith("drivers/")}
     kept["devices"] = runtime_dir / "absent" / "devices.c"  # the importer takes their place
     glue = [f"fmi/{name}" for name in (*_SHARED, f"fmi{facts.version}")]
-    texts = [
+    model = [
         *((f"{unit.name}.c", unit.text) for unit in own),
         ("model_fmi.c", _tables(facts, pattern.rows, pattern.columns)),
+    ]
+    runtime = [
         *((f"{name}.c", path.read_text("utf-8")) for name, path in kept.items()),
         *((f"{name}.c", (runtime_dir / f"{name}.c").read_text("utf-8")) for name in glue),
     ]
     title = (
         f"/* {emitted.name}: an FMU of FMI {facts.version}.0, made by bgc. C11; link with -lm. */\n"
     )
-    return title + joined(texts, runtime_dir)
+    return MockupSource(
+        title + joined([*model, *runtime], runtime_dir),
+        joined(model, runtime_dir),
+        joined(runtime, runtime_dir),
+    )
 
 
 def _tables(facts: Mockup, rows: Sequence[int], columns: Sequence[int]) -> str:

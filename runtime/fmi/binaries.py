@@ -6,15 +6,18 @@ import platform
 import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
+from pathlib import Path
 
-from bgc.building.temporary import temporary_folder
+from bgc.building.cache import Cache, digest_of
 from bgc.building.toolchain import NO_FILE, ZIGLANG, Toolchain, find_toolchain, identify
 from bgc.diagnostics.catalogue.fmus import (
     platform_needs_zig,
     platform_not_built,
     unknown_platform,
 )
+from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
+from bgc.emission.mockup import MockupSource
 from bgc.record_class import dataclass
 
 
@@ -40,7 +43,7 @@ PLATFORMS = {
     )
 }
 _SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "win"}
-_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fno-math-errno", "-fvisibility=hidden", "-shared")
+_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fno-math-errno", "-fvisibility=hidden")
 
 
 def host_platform() -> str:
@@ -73,28 +76,47 @@ def binary_folders(platforms: Sequence[Platform], version: int) -> dict[str, str
     return folders
 
 
-def build_binaries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
-    """Compile a C file for several platforms; returns the binaries by the platforms' names.
+def build_binaries(
+    source: MockupSource, platforms: Sequence[Platform], cache: Cache
+) -> dict[str, bytes]:
+    """Compile an FMU for several platforms; returns the binaries by the platforms' names.
+
+    The compiled runtime is kept in the cache, where FMUs of other models find it.
 
     Raises BgError: BG751 where another platform is asked for without ziglang, BG752 with the
-    compiler's reason where one does not build, BG642 without space for temporary files.
+    compiler's reason where one does not build, BG055 where the cache cannot be written.
     """
-    return {each.name: _build(source, each) for each in platforms}
+    try:
+        return {each.name: _build(source, each, cache) for each in platforms}
+    except OSError as problem:
+        reason = problem.strerror or str(problem)
+        raise BgError([cannot_write(str(cache.root), reason)]) from problem
 
 
-def _build(source: str, wanted: Platform) -> bytes:
+def _build(source: MockupSource, wanted: Platform, cache: Cache) -> bytes:
     toolchain, target = _compiler_for(wanted)
-    with temporary_folder() as work:
-        (work / "fmu.c").write_text(source, encoding="utf-8")
-        made = work / f"fmu.{wanted.ending}"
-        flags = [*_FLAGS, *target]
-        if wanted.name.startswith("win"):
-            flags.remove("-fPIC")
-        done = toolchain.run((*flags, "fmu.c", "-o", made.name, "-lm"), work)
-        if done.returncode != 0 or not made.is_file():
-            reason = done.stdout.strip() or NO_FILE
-            raise BgError([platform_not_built(wanted.name, toolchain.name, reason)])
-        return made.read_bytes()
+    flags = [*_FLAGS, *target]
+    if wanted.name.startswith("win"):
+        flags.remove("-fPIC")
+    with cache.workplace() as place:
+        work = Path(place)
+
+        def run(made: str, *arguments: str) -> Path:
+            done = toolchain.run((*flags, *arguments, "-o", made), work)
+            if done.returncode != 0 or not (work / made).is_file():
+                reason = done.stdout.strip() or NO_FILE
+                raise BgError([platform_not_built(wanted.name, toolchain.name, reason)])
+            return work / made
+
+        objects = []
+        for name, text in (("model", source.model), ("runtime", source.runtime)):
+            key = f"{digest_of((*toolchain.command, toolchain.version, *flags, text))}.o"
+            found = cache.blob("objects", key)
+            if found is None:
+                (work / f"{name}.c").write_text(text, encoding="utf-8")
+                found = cache.publish("objects", key, run(f"{name}.o", "-c", f"{name}.c"))
+            objects.append(str(found))
+        return run(f"fmu.{wanted.ending}", "-shared", *objects, "-lm").read_bytes()
 
 
 def _compiler_for(wanted: Platform) -> tuple[Toolchain, tuple[str, ...]]:

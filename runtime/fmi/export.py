@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from io import BytesIO
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
+from bgc.building.cache import open_cache
 from bgc.printing.draw import lay_out, to_dot
 from bgc.runtime.fmi.binaries import Platform, binary_folders, build_binaries
 from bgc.runtime.fmi.companions import osp_description, reference_files
@@ -54,9 +55,9 @@ def fmu_archive(model: FmuModel, platforms: Sequence[Platform]) -> bytes:
         terminals = terminals_and_icons(model.table, devices)
         entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
         icon = "terminalsAndIcons/icon.png"
-    entries[f"sources/{identifier}.c"] = model.source.encode()
+    entries[f"sources/{identifier}.c"] = model.source.text.encode()
     folders = binary_folders(platforms, model.version)
-    contents = build_binaries(model.source, platforms)
+    contents = build_binaries(model.source, platforms, open_cache())
     for each in platforms:
         entries[f"binaries/{folders[each.name]}/{identifier}.{each.ending}"] = contents[each.name]
     if picture is not None:

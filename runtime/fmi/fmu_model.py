@@ -16,7 +16,7 @@ from bgc.diagnostics.catalogue.fmus import solver_not_in_fmu
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Stages, compile_scene
 from bgc.emission.c_tables import number, quoted
-from bgc.emission.mockup import Mockup, mockup_source
+from bgc.emission.mockup import Mockup, MockupSource, mockup_source
 from bgc.emission.prefix import prefix_problem, with_prefix
 from bgc.grammar.latin import latin
 from bgc.language.methods import METHODS
@@ -46,7 +46,7 @@ class FmuModel:
     table: Table
     structure: Structure
     description: Description
-    source: str
+    source: MockupSource
 
     @property
     def built(self) -> Built:
@@ -110,8 +110,8 @@ def prepare_model(
         counts=counts,
     )
     source = mockup_source(stages.emitted, mockup, runtime_directory())
-    prefix = f"m{source_key}" if prefix_problem(identifier, source) else identifier
-    source = with_prefix(source, prefix)
+    prefix = f"m{source_key}" if prefix_problem(identifier, source.text) else identifier
+    source = replace(source, text=with_prefix(source.text, prefix))
     interval = facts.every or (facts.duration / 1000 if facts.duration else None)
     description = Description(
         name=identifier,

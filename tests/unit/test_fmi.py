@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import subprocess
-import tempfile
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 from xml.etree import ElementTree
 
 import fmpy
@@ -23,6 +24,7 @@ from scipy.linalg import expm
 import bgc
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.building.cache import Cache
 from bgc.building.toolchain import Toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
@@ -51,7 +53,7 @@ def made(tmp_path_factory) -> SimpleNamespace:
     platforms = read_platforms(None)
     found = SimpleNamespace(folder=folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+        patch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
         for name, file, scene, version, inputs in (
             ("two", "everything.bg", "s", 2, ["pull"]),
             ("three", "everything.bg", "s", 3, ["pull"]),
@@ -109,9 +111,14 @@ def test_arrays_terminals_and_units(made):
     assert variables["k"].description == "Stiffness of the first spring."
     terminals = (folder / "terminalsAndIcons" / "terminalsAndIcons.xml").read_text()
     assert 'variableName="hand.velocity" memberName="velocity"' in terminals
-    units = {u.name: dict(u.base) for u in unit_definitions([("N*m/rad", None), ("deg", None)])}
+    units = {
+        u.name: dict(u.base)
+        for u in unit_definitions([(name, None) for name in ("N*m/rad", "deg", "rpm")])
+    }
     assert units["N*m/rad"] == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
     assert float(units["deg"]["factor"]) == pytest.approx(np.pi / 180, rel=1e-15)
+    assert units["deg"]["rad"] == "1"
+    assert {k: units["rpm"][k] for k in ("rad", "s")} == {"rad": "1", "s": "-1"}
 
 
 @pytest.mark.parametrize("name", ["two", "three"])
@@ -424,10 +431,11 @@ def test_refusals(made, tmp_path, monkeypatch):
         patch.setattr(binaries, "_FLAGS", ("-no-such-flag",))
         assert "BG752" in refused(fmu)
     with monkeypatch.context() as patch:
-        patch.setattr(tempfile, "tempdir", str(tmp_path / "full"))
+        full = OSError(errno.ENOSPC, "No space left on device")
+        patch.setattr(Cache, "publish", Mock(side_effect=full))
         patch.setattr(binaries, "find_toolchain", lambda: Toolchain(("cc",), "gcc", ""))
-        assert f"BG642]: cannot write temporary files in {tmp_path / 'full'}" in refused(fmu)
+        assert "BG055" in refused(fmu)
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "taken").write_text("a file")
-    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
     assert "BG055" in refused([*fmu[:-1], str(tmp_path / "taken" / "inside")])

@@ -17,7 +17,7 @@ def test_a_library_scene_replays_its_device_in_fmi_3(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "bench"))
     import fmus
 
-    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
     path = fmus.LIBRARY / "examples" / "quarter_car.bg"
     run = fmus.native(path, "on_track")
     fmu, table, columns, residual = fmus.exported(path, "on_track", 3, tmp_path / "fmu")

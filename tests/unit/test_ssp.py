@@ -38,7 +38,7 @@ def archive(tmp_path_factory) -> Path:
     """The closed loop, built without optimisation: compile time is most of this test."""
     out = tmp_path_factory.mktemp("system")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+        patch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
         printed = build(out, *CLOSED)
     assert printed.strip() == str(out / "spring_loop_plant.ssp")
     return out / "spring_loop_plant.ssp"
@@ -160,7 +160,7 @@ OSP_SYSTEM = """<?xml version="1.0" encoding="utf-8"?>
 
 def test_libcosim_connects_the_groups_of_two_fmus(tmp_path, monkeypatch):
     """A system of OSP: its connections name groups, which only the files beside the FMUs have."""
-    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
     for scene, name in (("plant", "push"), ("loop", "at")):
         build(tmp_path, "--target", "fmu2", "--input", name, scene=scene)
     (tmp_path / "OspSystemStructure.xml").write_text(OSP_SYSTEM)
@@ -177,7 +177,7 @@ def test_libcosim_connects_the_groups_of_two_fmus(tmp_path, monkeypatch):
 
 
 def test_an_input_of_the_system(tmp_path, monkeypatch):
-    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-shared"))
+    monkeypatch.setattr(binaries, "_FLAGS", ("-std=c11", "-O0", "-fPIC", "-fvisibility=hidden"))
     build(tmp_path, "--input", "force")
     with ZipFile(tmp_path / "spring_loop_plant.ssp") as files:
         root = ElementTree.fromstring(files.read("SystemStructure.ssd"))
