@@ -187,6 +187,7 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d);
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_satisfy_beside(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
+bgc_status bgc_refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x);
 
 /* --- consistent_steps.c */
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);

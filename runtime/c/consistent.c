@@ -142,8 +142,8 @@ static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double 
     return BGC_OK;
 }
 
-/* The same with the Jacobian at (t, x). */
-static bgc_status refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x) {
+/* The same with the Jacobian at (t, x), to d->block_lu. */
+bgc_status bgc_refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x) {
     bgc_differentiate(m, d, t, x, d->block_jac, d->residual);
     d->core.counts.jacobians++;
     return factorise_block(m, d, d->block_jac);
@@ -265,7 +265,7 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
         if (!residual_at(m, d, t, x, part, d->change)) {
             return BGC_INCONSISTENT;
         }
-        status = refresh_block(m, d, t, x);
+        status = bgc_refresh_block(m, d, t, x);
         if (status != BGC_OK) {
             return status;
         }

@@ -238,7 +238,7 @@ typedef struct {
     /* After an event, with the new modes; d->next has the states before a jump, d->u_step the modes. */
     bgc_status (*event)(const bgc_model *m, bgc_data *d, void *of);
     /* With the row at t, inside the last step or at the present. */
-    void (*row)(const bgc_model *m, bgc_data *d, void *of, double t, int inside);
+    bgc_status (*row)(const bgc_model *m, bgc_data *d, void *of, double t, int inside);
 } bgc_follower;
 
 struct bgc_data {

@@ -148,6 +148,7 @@ static int is_before_event(const bgc_core *core, double t) {
 bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
     const int inside = is_before_event(core, t) || t < core->t - bgc_time_slack(core->t, core->t_old);
+    bgc_status status = BGC_OK;
 
     if (inside &&
         (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old))) {
@@ -155,7 +156,10 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
     }
     bgc_evaluate_row(m, d, t, inside, row);
     if (d->follower != NULL) {
-        d->follower->row(m, d, d->follower->of, t, inside);
+        status = d->follower->row(m, d, d->follower->of, t, inside);
+    }
+    if (status != BGC_OK) {
+        return status;
     }
     if (core->errors) {
         bgc_write_errors(m, d, t, inside, row, row + m->n_output + (core->accounts ? 4 : 0));

@@ -72,9 +72,7 @@ def with_tangents(model: _Model) -> _Model:
     Raises BgError: BG784 for a model that has none.
     """
     info = model.library.model
-    rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
     reasons = {
-        "the model has algebraic equations": len(rates) < info.n_state,
         "the model has closed chains of rigid connections": model.library.has_chains,
         "the model has sampled parts": model.library.is_sampled,
         "states of the model jump, and it reads devices": model.library.has_jumps

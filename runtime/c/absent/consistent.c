@@ -20,6 +20,11 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+bgc_status bgc_refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x) {
+    (void)m, (void)d, (void)t, (void)x;
+    return BGC_OK;
+}
+
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double t) {
     (void)m, (void)d, (void)method, (void)t;

@@ -69,7 +69,7 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
     const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
     const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
-    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (2 + BGC_MAX_STAGES) * n;
+    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (3 + BGC_MAX_STAGES) * n;
 
     s->p = calloc(count + prepared + work + unknowns + rates + matrix + 1, sizeof *s->p);
     s->pivot = calloc(n + 1, sizeof *s->pivot);
@@ -81,7 +81,8 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     s->column = s->prepare_work + work;
     s->rate = s->column + unknowns;
     s->rate_after = s->rate + n;
-    s->transposed = s->rate_after + n;
+    s->before_satisfied = s->rate_after + n;
+    s->transposed = s->before_satisfied + n;
     s->dense_mass = s->transposed + BGC_MAX_STAGES * n;
     return 1;
 }
@@ -116,6 +117,17 @@ void bgc_free_sensitivities(bgc_sensitivities *s) {
         free(s->allocated);
         free(s);
     }
+}
+
+/* --- derivatives of f ---------------------------------------------------------------------------- */
+
+void bgc_slope_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
+                           const bgc_moment *at, const lane *v, lane delay) {
+    bgc_spread(m->n_state, at->x, s->x);
+    bgc_spread(m->n_input + m->n_switch, at->u, s->u);
+    memcpy(s->change, v, (size_t)m->n_state * sizeof *v);
+    s->change[m->n_state] = delay;
+    s->kernel->rhs(s->h, lane_of(at->t), s->x, s->u, s->change, b->q, s->right, s->work);
 }
 
 /* --- the start --------------------------------------------------------------------------------- */
@@ -174,6 +186,7 @@ static bgc_status differentiate_start(const bgc_model *m, bgc_data *d, bgc_sensi
 bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                    const double *parameter, const double *state) {
     const size_t n = (size_t)m->n_state;
+    const bgc_moment now = {d->core.t, d->x, d->u};
     bgc_status status = BGC_OK;
 
     prepare(m, d, s, parameter);
@@ -197,6 +210,13 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
             }
         }
         bgc_project_sensitivity(m, s, b, d->core.t, d->x, b->now);
+        if (status == BGC_OK) {
+            m->initial(d->h, d->core.t, d->u, s->rate, d->work);
+            if (m->n_start > 0) {
+                m->started(d->h, d->core.t, d->u, d->start_at, s->rate, d->work);
+            }
+            status = bgc_satisfy_sensitivity(m, d, s, b, &now, s->rate, lane_of(0.0), b->now);
+        }
         b->has_dense = 0;
     }
     return status;
@@ -221,12 +241,10 @@ void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const 
 }
 
 void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f) {
-    bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+    const bgc_moment now = {d->core.t, d->x, d->u};
 
-    bgc_spread(m->n_state, d->x, s->x);
-    bgc_spread(m->n_input + m->n_switch, d->u, s->u);
-    memset(s->change, 0, (size_t)(m->n_state + 1) * sizeof *s->change);
-    s->kernel->rhs(s->h, lane_of(d->core.t), s->x, s->u, s->change, b->q, s->right, s->work);
+    bgc_slope_sensitivity(m, s, b, &now, s->no_change, lane_of(0.0));
     for (int i = 0; i < m->n_state; i++) {
         f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
     }

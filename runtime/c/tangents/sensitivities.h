@@ -32,7 +32,7 @@ struct bgc_sensitivities {
 
     /* Scratch. */
     lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work;
-    double *p, *prepared, *prepare_work, *column, *rate, *rate_after;
+    double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_satisfied;
     double *transposed; /* U_i of all stages side by side, for each state */
     int *pivot;
     double *dense_mass;
@@ -41,18 +41,35 @@ struct bgc_sensitivities {
     double *slopes;  /* where the next row goes */
 };
 
+/* A state, with its time and the inputs and modes there. */
+typedef struct {
+    double t;
+    const double *x;
+    double *u;
+} bgc_moment;
+
 static inline void bgc_spread(int n, const double *from, lane *to) {
     for (int i = 0; i < n; i++) {
         to[i] = lane_of(from[i]);
     }
 }
 
-/* --- tangent_dense.c: projects derivatives v of the states where states x are projected; derivatives at t
- * inside the last step */
+/* --- sensitivities.c: derivatives of f, to s->right, where the states have the derivatives v and time has
+ * `delay` */
+void bgc_slope_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
+                           const bgc_moment *at, const lane *v, lane delay);
+
+/* --- tangent_consistent.c: derivatives v of the states of which algebraic equations determine some, `from`
+ * the states from which these were solved for or NULL; projects v where states x are projected */
+bgc_status bgc_satisfy_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                   bgc_sensitivity_block *b, const bgc_moment *at, const double *from,
+                                   lane delay, lane *v);
 void bgc_project_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
                              double t, const double *x, lane *v);
-void bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                 bgc_sensitivity_block *b, double t, lane *out);
+
+/* --- tangent_dense.c: derivatives at t inside the last step, where the states are x */
+bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                       bgc_sensitivity_block *b, double t, const double *x, lane *out);
 
 /* --- tangent_steps.c, tangent_events.c: functions of a bgc_follower */
 bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *of, const bgc_method *method,

@@ -1,31 +1,8 @@
-/* tangent_dense.c: derivatives of the dense output of the last step, and of projections. */
+/* tangent_dense.c: derivatives of the dense output of the last step. */
 #include "tangents/sensitivities.h"
 #include "interpolation.h"
 
 #include <string.h>
-
-/* Projects derivatives of the states, which are x, where states are projected. */
-void bgc_project_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
-                             double t, const double *x, lane *v) {
-    const size_t size = (size_t)m->n_state * sizeof *v;
-
-    if (m->project != NULL) {
-        bgc_spread(m->n_state, x, s->x);
-        memcpy(s->change, v, size);
-        s->change[m->n_state] = lane_of(0.0);
-        s->kernel->project(s->h, lane_of(t), s->x, s->change, b->q, v, s->work);
-    }
-}
-
-/* f's derivatives at an end of the last step, to s->right. */
-static void slope_at(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
-                     double t, const double *x, const lane *v) {
-    bgc_spread(m->n_state, x, s->x);
-    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-    memcpy(s->change, v, (size_t)m->n_state * sizeof *v);
-    s->change[m->n_state] = lane_of(0.0);
-    s->kernel->rhs(s->h, lane_of(t), s->x, s->u, s->change, b->q, s->right, s->work);
-}
 
 /* The derivatives of the cubic Hermite polynomials of dense.c, whose own coefficients are in d->k. */
 static void complete_dense(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
@@ -36,8 +13,8 @@ static void complete_dense(const bgc_model *m, bgc_data *d, bgc_sensitivities *s
     lane *k1 = b->k, *k2 = k1 + n;
 
     for (int end = 0; end < 2; end++) {
-        slope_at(m, d, s, b, end ? d->core.t_end : d->core.t_old, end ? d->y1 : d->y0,
-                 end ? b->end : b->start);
+        const bgc_moment at = {end ? d->core.t_end : d->core.t_old, end ? d->y1 : d->y0, d->u_step};
+        bgc_slope_sensitivity(m, s, b, &at, end ? b->end : b->start, lane_of(0.0));
         for (int j = 0; j < m->n_mass; j++) { /* (M^-1 f)' = M^-1 (f' - M' M^-1 f) */
             const int i = m->mass_row[j];
             if (i == m->mass_col[j] && d->inverse_mass[i] != 0.0) {
@@ -60,13 +37,14 @@ static void complete_dense(const bgc_model *m, bgc_data *d, bgc_sensitivities *s
     b->has_dense = 1;
 }
 
-void bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                 bgc_sensitivity_block *b, double t, lane *out) {
+bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                       bgc_sensitivity_block *b, double t, const double *x, lane *out) {
     const int n = m->n_state;
     const double part = (t - d->core.t_old) / (d->core.t_end - d->core.t_old), r = 1.0 - part;
     const size_t width = bgc_chunked(n);
     const double *own = d->k;
     const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
+    const bgc_moment at = {t, x, d->u_step};
 
     if (!b->has_dense) {
         complete_dense(m, d, s, b);
@@ -81,4 +59,5 @@ void bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivit
         }
         bgc_project_sensitivity(m, s, b, t, s->rate, out);
     }
+    return bgc_satisfy_sensitivity(m, d, s, b, &at, NULL, lane_of(0.0), out);
 }

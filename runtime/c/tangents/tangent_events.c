@@ -22,14 +22,15 @@ static const double same_effect = 1e-6;    /* of events at a time, relative to t
 
 /* --- rates of the states ----------------------------------------------------------------------- */
 
-/* rate := M^-1 f at (t, x, u). */
-static bgc_status find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, double t,
-                            const double *x, const double *u, double *rate) {
+/* The rates of the states there: M rate = f, and f_x rate = -df/dt in rows without a rate. */
+static bgc_status find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const bgc_moment *at,
+                            double *rate) {
     const int n = m->n_state;
     const size_t width = (size_t)n;
+    double *present = d->u;
     int coupled = 0;
 
-    m->rhs(d->h, t, x, u, rate, d->work);
+    m->rhs(d->h, at->t, at->x, at->u, rate, d->work);
     for (int i = 0; i < n; i++) {
         coupled |= d->inverse_mass[i] == 0.0;
     }
@@ -43,6 +44,19 @@ static bgc_status find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *
     for (int k = 0; k < m->n_mass; k++) {
         s->dense_mass[(size_t)m->mass_row[k] * width + (size_t)m->mass_col[k]] += d->mass[k];
     }
+    if (d->core.algebraic > 0) {
+        d->u = at->u;
+        bgc_differentiate(m, d, at->t, at->x, d->block_jac, d->residual);
+        d->u = present;
+        for (int k = 0; k < m->n_jac; k++) {
+            const size_t i = (size_t)m->jac_row[k];
+            s->dense_mass[i * width + (size_t)m->jac_col[k]] +=
+                d->algebraic[i] != 0.0 ? d->block_jac[k] : 0.0;
+        }
+        for (int i = 0; i < n; i++) {
+            rate[i] = d->algebraic[i] != 0.0 ? -d->residual[i] : rate[i];
+        }
+    }
     if (bgc_factorise_dense(n, s->dense_mass, s->pivot, d->magnitude) >= 0) {
         return BGC_SINGULAR;
     }
@@ -51,12 +65,13 @@ static bgc_status find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *
 }
 
 /* The derivatives of the arguments of the switches by time along the motion, in every lane of out. */
-static void find_speeds(const bgc_model *m, bgc_sensitivities *s, double t, const double *x,
+static void find_speeds(const bgc_model *m, bgc_sensitivities *s, const bgc_moment *at,
                         const double *rate, lane *out) {
-    bgc_spread(m->n_state, x, s->x);
+    bgc_spread(m->n_state, at->x, s->x);
+    bgc_spread(m->n_input + m->n_switch, at->u, s->u);
     bgc_spread(m->n_state, rate, s->change);
     s->change[m->n_state] = lane_of(1.0);
-    s->kernel->switches(s->h, lane_of(t), s->x, s->u, s->change, s->no_change, out, s->work);
+    s->kernel->switches(s->h, lane_of(at->t), s->x, s->u, s->change, s->no_change, out, s->work);
 }
 
 /* --- the switches that have caused the event --------------------------------------------------- */
@@ -107,6 +122,7 @@ static bgc_status differentiate_time(const bgc_model *m, bgc_data *d, bgc_sensit
     lane *change = s->result;
 
     bgc_spread(m->n_state, d->next, s->x);
+    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
     memcpy(s->change, b->now, (size_t)m->n_state * sizeof *b->now);
     s->change[m->n_state] = lane_of(0.0);
     s->kernel->switches(s->h, lane_of(d->core.t), s->x, s->u, s->change, b->q, change, s->work);
@@ -137,14 +153,18 @@ static bgc_status differentiate_time(const bgc_model *m, bgc_data *d, bgc_sensit
 
 /* --- the states after it ----------------------------------------------------------------------- */
 
-/* Derivatives along v (with time in its last element) of the values that jumps give to states, to v. */
+/* Derivatives along v (with time in its last element) of the values that jumps give to states, to v, and
+ * these values to s->before_satisfied. */
 static void carry_through_resets(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                  bgc_sensitivity_block *b, lane *v) {
     bgc_spread(m->n_state, d->next, s->x);
+    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
     s->kernel->resets(s->h, lane_of(d->core.t), s->x, s->u, v, b->q, s->result, s->work);
+    m->resets(d->h, d->core.t, d->next, d->u_step, d->off_reset, d->work);
     for (int k = 0; k < m->n_jump; k++) {
         for (int r = m->jump_first[k]; d->jumped_at[k] == d->core.t && r < m->jump_first[k + 1]; r++) {
             v[m->reset_state[r]] = s->result[r];
+            s->before_satisfied[m->reset_state[r]] = d->off_reset[r];
         }
     }
 }
@@ -163,46 +183,63 @@ static int changes_motion(const bgc_model *m, const bgc_data *d, const double *b
     return changed;
 }
 
+/* Carries the derivatives of block b through the event, which is delayed by the parameters: s->rate and
+ * s->rate_after are the rates of the states ahead of it and behind. */
+static bgc_status carry(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
+                        const bgc_moment *behind, lane delay) {
+    const int n = m->n_state;
+    lane *v = s->along;
+    bgc_status status;
+
+    for (int i = 0; i < n; i++) {
+        v[i] = b->now[i] + s->rate[i] * delay;
+    }
+    v[n] = delay;
+    memcpy(s->before_satisfied, d->next, (size_t)n * sizeof *d->next);
+    if (m->n_jump > 0) {
+        carry_through_resets(m, d, s, b, v);
+    }
+    status = bgc_satisfy_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
+    for (int i = 0; i < n; i++) {
+        b->now[i] = v[i] - s->rate_after[i] * delay;
+    }
+    return status;
+}
+
 /* After an event, with the new modes; d->next has the states before a jump, d->u_step their modes. */
 bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of) {
     bgc_sensitivities *s = of;
-    const int n = m->n_state;
     const double t = d->core.t;
     const int again = t - s->event_at <= same_time * fabs(t);
+    const bgc_moment start = {d->core.t_old, d->y0, d->u_step}, ahead = {t, d->next, d->u_step};
+    const bgc_moment behind = {t, d->x, d->u};
     double *before = s->rate, *after = s->rate_after;
+    int moves;
     lane *speed = s->speed, *earlier = s->speed + m->n_switch;
     bgc_status status;
 
-    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-    status = find_rate(m, d, s, d->core.t_old, d->y0, d->u_step, before);
+    status = find_rate(m, d, s, &start, before);
     if (status != BGC_OK) {
         return status;
     }
-    find_speeds(m, s, d->core.t_old, d->y0, before, earlier);
-    status = find_rate(m, d, s, t, d->next, d->u_step, before);
-    find_speeds(m, s, t, d->next, before, speed);
+    find_speeds(m, s, &start, before, earlier);
+    status = find_rate(m, d, s, &ahead, before);
+    find_speeds(m, s, &ahead, before, speed);
     if (status == BGC_OK) {
-        status = find_rate(m, d, s, t, d->x, d->u, after);
+        status = find_rate(m, d, s, &behind, after);
     }
-    if (!changes_motion(m, d, before, after)) {
-        return status;
+    moves = changes_motion(m, d, before, after);
+    if (moves) {
+        m->switches(d->h, t, d->next, d->u_step, d->off_argument, d->work);
     }
-    m->switches(d->h, t, d->next, d->u_step, d->off_argument, d->work);
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
-        lane *v = s->along;
-        status = differentiate_time(m, d, s, b, d->off_argument, speed, earlier, again, b->delay);
-        for (int i = 0; i < n; i++) {
-            v[i] = b->now[i] + before[i] * *b->delay;
-        }
-        v[n] = *b->delay;
-        if (m->n_jump > 0) {
-            carry_through_resets(m, d, s, b, v);
-        }
-        for (int i = 0; i < n; i++) {
-            b->now[i] = v[i] - after[i] * *b->delay;
+        status = moves ? differentiate_time(m, d, s, b, d->off_argument, speed, earlier, again, b->delay)
+                       : BGC_OK;
+        if (status == BGC_OK) {
+            status = carry(m, d, s, b, &behind, moves ? *b->delay : lane_of(0.0));
         }
     }
-    s->event_at = t;
+    s->event_at = moves ? t : s->event_at;
     return status;
 }

@@ -4,20 +4,21 @@
 #include <string.h>
 
 /* The derivatives of the outputs in the row at t. */
-static void write_row(const bgc_model *m, bgc_data *d, void *of, double t, int inside) {
+static bgc_status write_row(const bgc_model *m, bgc_data *d, void *of, double t, int inside) {
     bgc_sensitivities *s = of;
     const double *x = d->x, *u = inside ? d->u_step : d->u;
+    bgc_status status = BGC_OK;
 
     if (inside) {
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
     }
     t = inside ? t : d->core.t;
-    for (int k = 0; k < s->blocks; k++) {
+    for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
         lane *v = s->along;
         if (inside) {
-            bgc_interpolate_sensitivity(m, d, s, b, t, v);
+            status = bgc_interpolate_sensitivity(m, d, s, b, t, x, v);
         } else {
             memcpy(v, b->now, (size_t)m->n_state * sizeof *v);
         }
@@ -31,6 +32,7 @@ static void write_row(const bgc_model *m, bgc_data *d, void *of, double t, int i
             }
         }
     }
+    return status;
 }
 
 bgc_status bgc_run_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,

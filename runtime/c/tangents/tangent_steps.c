@@ -33,13 +33,31 @@ static void combine(int n, int count, const double *weight, const lane *vectors,
     }
 }
 
-/* The points of the stages, and the inputs and factors of the step, to all lanes. */
-static void spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const step *of) {
+/* The point of stage i to d->point, as the step has found it. At those of an explicit method the algebraic
+ * equations are solved from the values at the stage before, which is there. */
+static bgc_status find_point(const bgc_model *m, bgc_data *d, const bgc_sensitivities *s, const step *of,
+                             int i) {
     const int n = m->n_state;
+    const lane *before = s->points + (size_t)(i - 1) * (size_t)n;
+
+    bgc_combine(n, i, of->tableau->a[i], d->stages, d->x, d->point);
+    if (of->implicit || d->core.algebraic == 0 || i == 0) {
+        return BGC_OK;
+    }
+    for (int k = 0; k < d->n_block; k++) {
+        d->point[d->block[k]] = lane_get(before[d->block[k]], 0);
+    }
+    return bgc_satisfy(m, d, of->t + of->tableau->alpha[i] * of->h, d->point);
+}
+
+/* The points of the stages, and the inputs and factors of the step, to all lanes. */
+static bgc_status spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const step *of) {
+    const int n = m->n_state;
+    bgc_status status = BGC_OK;
 
     bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-    for (int i = 0; i < of->tableau->stages; i++) {
-        bgc_combine(n, i, of->tableau->a[i], d->stages, d->x, d->point);
+    for (int i = 0; i < of->tableau->stages && status == BGC_OK; i++) {
+        status = find_point(m, d, s, of, i);
         bgc_spread(n, d->point, s->points + (size_t)i * (size_t)n);
         for (int k = 0; k < n; k++) {
             s->transposed[BGC_MAX_STAGES * k + i] = stage_of(m, d, i)[k];
@@ -50,6 +68,7 @@ static void spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, c
         bgc_spread(m->n_lu, d->lu, s->lu);
         s->factorisations = d->core.counts.factorisations;
     }
+    return status;
 }
 
 /* s->right := W^-1 s->right. Solutions that are to be checked are made one by one. */
@@ -158,6 +177,24 @@ static void add_earlier(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, b
 
 /* --- one step ------------------------------------------------------------------------------------ */
 
+/* The derivatives of the states at the point of stage i of an explicit method, to s->change, in which those
+ * combined from the stages are. */
+static bgc_status satisfy_stage(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                bgc_sensitivity_block *b, const step *of, int i) {
+    const size_t n = (size_t)m->n_state;
+    const lane *point = s->points + (size_t)i * n;
+    const bgc_moment at = {of->t + of->tableau->alpha[i] * of->h, s->rate, d->u_step};
+    bgc_status status;
+
+    for (size_t k = 0; k < n; k++) {
+        s->rate[k] = lane_get(point[k], 0);
+    }
+    memcpy(s->along, s->change, n * sizeof *s->along);
+    status = bgc_satisfy_sensitivity(m, d, s, b, &at, NULL, lane_of(0.0), s->along);
+    memcpy(s->change, s->along, n * sizeof *s->change);
+    return status;
+}
+
 /* s->stages[i] := U_i', with those before it at hand. */
 static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                       bgc_sensitivity_block *b, const step *of, int i) {
@@ -166,6 +203,9 @@ static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensi
     bgc_status status = BGC_OK;
 
     combine(n, i, tableau->a[i], s->stages, b->now, s->change);
+    if (!of->implicit && d->core.algebraic > 0 && i > 0) {
+        status = satisfy_stage(m, d, s, b, of, i);
+    }
     s->change[n] = lane_of(0.0);
     s->kernel->rhs(s->h, lane_of(of->t + tableau->alpha[i] * of->h), s->points + (size_t)i * (size_t)n,
                    s->u, s->change, b->q, s->right, s->work);
@@ -173,7 +213,7 @@ static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensi
         add_change_of_jacobian(m, d, s, b, i, tableau->g[i] * of->h);
         add_earlier(m, d, s, b, of, i);
         status = solve(m, d, s);
-    } else {
+    } else if (status == BGC_OK) {
         for (int k = 0; k < n; k++) {
             s->right[k] *= of->h;
         }
@@ -188,21 +228,80 @@ static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensi
     return status;
 }
 
-/* The derivatives at the end of the step, and its dense output, from the stages. */
-static void finish(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
-                   const step *of) {
-    const int n = m->n_state, stages = of->tableau->stages;
+/* Tests that the end of the step, which the stages give as d->point, was corrected by the algebraic
+ * equations. */
+static int was_corrected(const bgc_data *d) {
+    int corrected = 0;
 
-    memcpy(b->start, b->now, (size_t)n * sizeof *b->now);
+    for (int k = 0; k < d->n_block; k++) {
+        corrected |= d->y1[d->block[k]] != d->point[d->block[k]];
+    }
+    return corrected;
+}
+
+/* The derivatives at the end of the step, and its dense output, from the stages. */
+static bgc_status finish(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                         bgc_sensitivity_block *b, const step *of) {
+    const int n = m->n_state, stages = of->tableau->stages;
+    const bgc_moment end = {of->t + of->h, d->y1, d->u_step};
+    bgc_status status = BGC_OK;
+
     combine(n, stages, of->tableau->m, s->stages, b->start, b->end);
-    if (m->project != NULL) {
+    if (m->project != NULL || d->core.algebraic > 0) {
         bgc_combine(n, stages, of->tableau->m, d->stages, d->x, d->point);
-        bgc_project_sensitivity(m, s, b, of->t + of->h, d->point, b->end);
+        bgc_project_sensitivity(m, s, b, end.t, d->point, b->end);
+    }
+    if (d->core.algebraic > 0 && (!of->implicit || was_corrected(d))) {
+        status = bgc_satisfy_sensitivity(m, d, s, b, &end, d->point, lane_of(0.0), b->end);
     }
     b->has_dense = of->tableau->dense > 0;
     for (int l = 0; l < BGC_MAX_DENSE && b->has_dense; l++) {
         combine(n, stages, of->tableau->h[l], s->stages, s->no_change, b->k + (size_t)l * (size_t)n);
     }
+    return status;
+}
+
+/* The derivatives over a step of the method. */
+static bgc_status differentiate_stages(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                       bgc_sensitivity_block *b, const step *of, int fresh) {
+    bgc_status status = BGC_OK;
+
+    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
+    if (of->implicit && fresh) {
+        differentiate_jacobian(m, s, b, of);
+    }
+    if (of->implicit && s->kernel->n_jac > 0) {
+        multiply_change_of_jacobian(m, s, b, of->tableau->stages);
+    }
+    for (int i = 0; i < of->tableau->stages && status == BGC_OK; i++) {
+        status = differentiate_stage(m, d, s, b, of, i);
+    }
+    return status == BGC_OK ? finish(m, d, s, b, of) : status;
+}
+
+/* The same over a step of Euler's method off a root of the algebraic equations (bgc_leave_root), with the
+ * derivatives of f at its end: at its start f has none. */
+static bgc_status differentiate_departure(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                          bgc_sensitivity_block *b, const step *of) {
+    const int n = m->n_state;
+    const bgc_moment end = {of->t + of->h, d->y1, d->u_step};
+    bgc_status status;
+
+    memcpy(b->end, b->start, (size_t)n * sizeof *b->end);
+    status = bgc_satisfy_sensitivity(m, d, s, b, &end, NULL, lane_of(0.0), b->end);
+    if (status != BGC_OK) {
+        return status;
+    }
+    bgc_slope_sensitivity(m, s, b, &end, b->end, lane_of(0.0));
+    for (int k = 0; k < m->n_mass; k++) {
+        const int i = m->mass_row[k];
+        s->right[i] -= b->mass[k] * ((d->y1[i] - d->x[i]) / of->h);
+    }
+    for (int i = 0; i < n; i++) {
+        b->end[i] += of->h * d->inverse_mass[i] * s->right[i];
+    }
+    b->has_dense = 0;
+    return bgc_satisfy_sensitivity(m, d, s, b, &end, NULL, lane_of(0.0), b->end);
 }
 
 /* Before d->next, to which a step of the method leads, becomes the present at t. The counts, and how
@@ -220,8 +319,10 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     if (of.tableau == NULL) {
         return BGC_BAD_ARGUMENT;
     }
-    spread_step(m, d, s, &of);
-    if (of.implicit && fresh) {
+    if (!d->core.left) {
+        status = spread_step(m, d, s, &of);
+    }
+    if (of.implicit && fresh && !d->core.left) {
         s->t_jac = of.t;
         memcpy(s->x_jac, s->points, (size_t)n * sizeof *s->x_jac);
         memcpy(s->u_jac, s->u, (size_t)(m->n_input + m->n_switch) * sizeof *s->u);
@@ -229,21 +330,13 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     }
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
-        bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-        if (of.implicit && fresh) {
-            differentiate_jacobian(m, s, b, &of);
-        }
-        if (of.implicit && s->kernel->n_jac > 0) {
-            multiply_change_of_jacobian(m, s, b, of.tableau->stages);
-        }
-        for (int i = 0; i < of.tableau->stages && status == BGC_OK; i++) {
-            status = differentiate_stage(m, d, s, b, &of, i);
-        }
-        finish(m, d, s, b, &of);
-        if (t == d->core.t_end) {
-            memcpy(b->now, b->end, (size_t)n * sizeof *b->now);
+        memcpy(b->start, b->now, (size_t)n * sizeof *b->now);
+        status = d->core.left ? differentiate_departure(m, d, s, b, &of)
+                              : differentiate_stages(m, d, s, b, &of, fresh);
+        if (status == BGC_OK && t < d->core.t_end) {
+            status = bgc_interpolate_sensitivity(m, d, s, b, t, d->next, b->now);
         } else {
-            bgc_interpolate_sensitivity(m, d, s, b, t, b->now);
+            memcpy(b->now, b->end, (size_t)n * sizeof *b->now);
         }
     }
     d->core.counts = counts;
