@@ -1,20 +1,39 @@
-"""A hull under way in heave, roll and pitch, from the kinetic energy of its added mass."""
+"""A hull in heave, roll and pitch, free in surge, sway and yaw, from its kinetic energy."""
 
 from __future__ import annotations
 
 import numpy as np
 
-
-def through_water(q: np.ndarray, rates: np.ndarray, speed: float) -> np.ndarray:
-    """Twist in body axes (NED) at heave, roll and pitch q, under way along x."""
-    roll, pitch = q[1:]
-    (a, b), (s, t) = np.cos([roll, pitch]), np.sin([roll, pitch])
-    turned = np.array([[b, 0, t], [0, 1, 0], [-t, 0, b]]) @ [[1, 0, 0], [0, a, -s], [0, s, a]]
-    spin = [rates[1], rates[2] * a, -rates[2] * s]
-    return np.concatenate([turned.T @ [speed, 0, rates[0]], spin])
+UPRIGHT = [2, 3, 4]
+HORIZONTAL = [0, 1, 5]
 
 
-def speed_terms(A: np.ndarray, D: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
+def free_horizontally(M: np.ndarray) -> np.ndarray:
+    """The six motions for each of heave, roll and pitch that give no horizontal momentum."""
+    follow = np.zeros((6, 3))
+    follow[UPRIGHT] = np.eye(3)
+    follow[HORIZONTAL] = -np.linalg.solve(
+        M[np.ix_(HORIZONTAL, HORIZONTAL)], M[np.ix_(HORIZONTAL, UPRIGHT)]
+    )
+    return follow
+
+
+def through_water(motion: np.ndarray, rates: np.ndarray, speed: float) -> np.ndarray:
+    """Twist in body axes (NED) under way along x; the six motions are about the mean heading."""
+    roll, pitch, yaw = motion[3:]
+    (a, b, c), (s, t, u) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    turned = (
+        np.array([[c, -u, 0], [u, c, 0], [0, 0, 1]])
+        @ [[b, 0, t], [0, 1, 0], [-t, 0, b]]
+        @ [[1, 0, 0], [0, a, -s], [0, s, a]]
+    )
+    spin = np.array([[1, 0, -t], [0, a, s * b], [0, -s, a * b]]) @ rates[3:]
+    return np.concatenate([turned.T @ np.add(rates[:3], [speed, 0, 0]), spin])
+
+
+def speed_terms(
+    A: np.ndarray, D: np.ndarray, follow: np.ndarray, speed: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Rates' and displacements' matrices of Lagrange's equations of the added mass A, and of D.
 
     Second differences of the kinetic energy, first ones of the generalised forces of damping,
@@ -22,13 +41,16 @@ def speed_terms(A: np.ndarray, D: np.ndarray, speed: float) -> tuple[np.ndarray,
     """
     steps = 1e-3 * np.eye(6)
 
+    def twist(x: np.ndarray, ahead: float) -> np.ndarray:
+        return through_water(follow @ x[:3], follow @ x[3:], ahead)
+
     def energy(x: np.ndarray) -> float:
-        v = through_water(x[:3], x[3:], speed)
+        v = twist(x, speed)
         return 0.5 * v @ A @ v
 
     def force(x: np.ndarray) -> np.ndarray:
-        arms = [through_water(x[:3], e, 0) for e in np.eye(3)]
-        v = through_water(x[:3], x[3:], speed) - through_water(np.zeros(3), np.zeros(3), speed)
+        arms = [twist(np.concatenate([x[:3], e]), 0) for e in np.eye(3)]
+        v = twist(x, speed) - twist(np.zeros(6), speed)
         return np.array(arms) @ D @ v
 
     T = np.array([

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from model_files import model_text
 from scipy.interpolate import RegularGridInterpolator
-from ships_at_speed import speed_terms
+from ships_at_speed import free_horizontally, speed_terms
 
 import bgc
 import bgc.library
@@ -187,16 +187,37 @@ def test_three_degrees_of_freedom_in_a_wave(load, met, period, speed):
         return np.reshape(values, (6, 6))
 
     A, D = at(about["mass"]), np.array(SUPPLY["D"]) + at(about["damping"])
-    M = np.array(SUPPLY["M_RB"])[2:5, 2:5] + A[2:5, 2:5]
-    B, C = speed_terms(A, D, speed)
+    M = np.array(SUPPLY["M_RB"]) + A
+    follow = free_horizontally(M)
+    B, C = speed_terms(A, D, follow, speed)
     C += SUPPLY["G"]
-    force = (shift(POINT).T @ (NED * published("force", w, met)))[2:5]
+    M = follow.T @ M @ follow
+    force = follow.T @ (shift(POINT).T @ (NED * published("force", w, met)))
     motion = np.linalg.solve(C - at_speed**2 * M + 1j * at_speed * B, force)
     k = w * w / G
     # From the phase of the wave at the point to the motions there, in the library's axes.
     expected = np.array([-(motion[0] - POINT[0] * motion[2]), -motion[2]])
     np.testing.assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max() * k)
     assert np.abs(result["energy.residual"]).max() < 1e-6 * result.counts["exchanged"]
+
+
+@pytest.mark.parametrize(
+    ("met", "period"), [(np.pi / 2, 8), (np.pi / 2, 10.5), (np.pi / 2, 15), (2.1, 10.5)]
+)
+def test_roll_in_three_degrees_of_freedom_is_that_in_six(load, met, period):
+    """A ship whose sway is locked would roll 1.9 to 3 times as far.
+
+    The damping of sway is left out of the motion that follows, which turns the phase of roll.
+    """
+    w = 2 * np.pi / period
+    given = wave(period, -met) | {"vessel.met": w}
+    rolls = []
+    for scene in ("in_sea", "seakeeping"):
+        result = load("ship_levels", scene).simulate(400, every=0.2, parameters=given, error=False)
+        rolls.append(phasor(result.time, result["motion"][:, 1], w))
+    six, three = rolls
+    assert abs(three) == pytest.approx(abs(six), rel=0.03)
+    assert abs(np.angle(three / six)) < 0.1
 
 
 @pytest.mark.parametrize("met", [0.4, 0.7, 1.3])
@@ -206,10 +227,12 @@ def test_modes_of_supply_at_a_frequency(load, met):
 
     def at(table: list[list[float]]) -> np.ndarray:
         values = [np.interp(met, about["frequency"], column) for column in np.array(table).T]
-        return np.reshape(values, (6, 6))[2:5, 2:5]
+        return np.reshape(values, (6, 6))
 
-    M = np.array(SUPPLY["M_RB"])[2:5, 2:5] + at(about["mass"])
-    D = np.array(SUPPLY["D"])[2:5, 2:5] + at(about["damping"])
+    M = np.array(SUPPLY["M_RB"]) + at(about["mass"])
+    D = np.array(SUPPLY["D"]) + at(about["damping"])
+    follow = free_horizontally(M)
+    M, D = (follow.T @ matrix @ follow for matrix in (M, D))
     rates = -np.linalg.solve(M, np.hstack([np.array(SUPPLY["G"]), D]))
     matrix = np.vstack([np.hstack([np.zeros((3, 3)), np.eye(3)]), rates])
     found = load("ship_levels", "at_rest").eigenvalues(parameters={"vessel.met": met})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ships_at_speed import speed_terms
+from ships_at_speed import free_horizontally, speed_terms
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
@@ -71,11 +71,14 @@ def test_periods_of_three_degrees_of_freedom(load):
 
         return np.array([[entry(i, j) for j in rows] for i in rows])
 
-    M = matrix("M_RB", range(3, 6)) + matrix("M_A", range(3, 6))
+    M = matrix("M_RB", range(1, 7)) + matrix("M_A", range(1, 7))
+    follow = free_horizontally(M)
     x, z = -20.0, 3.0
-    # Heave down, roll, pitch in NED axes; the deck aft and above.
-    J = np.array([[1, 0, -x], [0, z, 0], [0, 0, -z]])  # down, starboard, forward of the cargo
-    M = M + 50e3 * J.T @ J + np.diag([0, 1e5, 1e5])
+    # Twist of the cargo in NED axes; the deck lies aft and above.
+    J = np.eye(6)
+    J[:3, 3:] = [[0, -z, 0], [z, 0, x], [0, -x, 0]]
+    cargo = J.T @ np.diag([50e3, 50e3, 50e3, 1e5, 1e5, 1e5]) @ J
+    M = follow.T @ (M + cargo) @ follow
     omega = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, matrix("G", range(1, 4)))).real)
     values = model.eigenvalues()
     found = np.sort(values.imag[values.imag > 1e-6])
@@ -110,9 +113,10 @@ def test_modes_under_way_are_those_of_kirchhoffs_equations(load, speed):
     A = definite(1e5, 1e6, 2e6, 1e7, 1e8, 1e8)
     D = definite(1e4, 1e4, 1e6, 1e7, 1e8, 1e8)
     M = np.diag([2e6, 2e6, 2e6, 1e8, 1e9, 1e9]) + A
-    B, C = speed_terms(A, D, speed)
+    follow = free_horizontally(M)
+    B, C = speed_terms(A, D, follow, speed)
     C += np.diag([1e7, 1e8, 5e9])
-    rates = -np.linalg.solve(M[2:5, 2:5], np.hstack([C, B]))
+    rates = -np.linalg.solve(follow.T @ M @ follow, np.hstack([C, B]))
     expected = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((3, 3)), np.eye(3)]), rates]))
     given = {"vessel.M_A": A, "vessel.D": D, "vessel.speed": speed, "vessel.r0": [0, 0, 0]}
     found = load("vessel_levels", "under_way").eigenvalues(parameters=given)
