@@ -272,10 +272,15 @@ def stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
 
 def closure_nodes(closures: Closures) -> list[Node]:
     """The results of the kernel `closures`, in the order of `bgc_closure_info`."""
-    nodes = [*closures.flows, *closures.conditions]
-    for matrix in (closures.by_impulse, closures.response, closures.by_place, closures.by_start):
-        nodes += [node for row in matrix for node in row]
-    return nodes
+    matrices = closures.by_place, closures.by_start
+    return [*projection_nodes(closures), *(node for m in matrices for row in m for node in row)]
+
+
+def projection_nodes(closures: Closures) -> list[Node]:
+    """The first of these results: flows, conditions, dw/dx, and responses to the multipliers."""
+    matrices = closures.by_impulse, closures.response
+    entries = (node for matrix in matrices for row in matrix for node in row)
+    return [*closures.flows, *closures.conditions, *entries]
 
 
 def _setup_kernels(program: Program) -> Iterator[Kernel]:

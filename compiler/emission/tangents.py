@@ -24,7 +24,7 @@ from bgc.emission.print_c import HELPERS, LANES, Numbers
 from bgc.emission.print_lu import is_unrolled, print_solve, solve_prototype
 from bgc.emission.print_steps import print_steps
 from bgc.emission.print_tables import table_prototypes
-from bgc.emission.program_kernels import hoisted_kernel, stores
+from bgc.emission.program_kernels import hoisted_kernel, projection_nodes, stores
 from bgc.ir.lowered import Kernel, Lowered, Reads, Store
 from bgc.record_class import dataclass, replace
 
@@ -111,6 +111,8 @@ class _Tangents:
             states = [self.dag.symbol(Kind.STATE, k) for k in range(len(program.states))]
             ends = [s.projection or x for s, x in zip(program.states, states, strict=True)]
             yield self._kernel("project", "h t x d q", "z", ends)
+        if program.closures is not None:
+            yield self._kernel("closures", running, "c", projection_nodes(program.closures))
         if program.start is not None:
             own = "h t u s d q"
             yield self._kernel("start", own, "r", program.start.residuals)

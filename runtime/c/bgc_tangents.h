@@ -37,6 +37,9 @@ typedef struct {
     void (*solve)(const lane *lu, lane *b, lane *w); /* NULL: the factors are not those of code */
     void (*mass)(const lane *h, const lane *q, lane *m, lane *w);
     void (*project)(const lane *h, lane t, const lane *x, const lane *d, const lane *q, lane *z, lane *w);
+    /* Of the first four parts of the results of closures(). */
+    void (*closures)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
+                     lane *c, lane *w);
     void (*initial)(const lane *h, lane t, const lane *u, const lane *q, lane *x, lane *w);
     void (*start)(const lane *h, lane t, const lane *u, const lane *s, const lane *d, const lane *q,
                   lane *r, lane *w);
@@ -48,6 +51,9 @@ const bgc_tangent_model *bgc_get_tangent_model(void);
 
 typedef struct bgc_sensitivities bgc_sensitivities;
 
+/* The k-th of the parameters that closed chains may take to close their start; -1 past the last. */
+int bgc_closing_parameter(const bgc_model *m, int k);
+
 /* Derivatives of a run along `count` directions of its parameters and its start. NULL without memory. */
 bgc_sensitivities *bgc_new_sensitivities(const bgc_model *m, int count);
 void bgc_free_sensitivities(bgc_sensitivities *s);
@@ -57,7 +63,8 @@ void bgc_free_sensitivities(bgc_sensitivities *s);
  * parameter that a direction changes does not follow others in its default. */
 bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                    const double *parameter, const double *state);
-/* Derivatives of f along direction k at the present, with the states held: n_state numbers. */
+/* Derivatives along direction k at the present, with the states held: of f, n_state numbers, then of the
+ * bgc_chain_rows(m) rows of closed chains. */
 void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f);
 /* The derivatives of the states along direction k at the present, n_state numbers, to x or from there. */
 void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x);

@@ -14,7 +14,7 @@ import numpy as np
 
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import unknown_parameter
-from bgc.diagnostics.catalogue.sensitivities import not_followed, rest_not_followed
+from bgc.diagnostics.catalogue.sensitivities import not_followed, start_not_followed
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.methods import METHODS
 from bgc.language.scene import Rest
@@ -31,7 +31,8 @@ from bgc.runtime.running.rest_algebra import rank_of, row_scales, svd
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.tangent_interface import Tangents
 
-_PART = 1e-4  # of a parameter, for a difference of two states of rest
+_PART = 1e-4  # of a parameter, for a difference of two states of rest,
+_COARSE_PART = 2e-3  # and of starts that close chains
 _USE = "use a Rosenbrock or an explicit method: `rodas5p`, `ros34prw`, `rk4`"
 _DIFFERENCES = "run the model twice, with the parameter a little larger and a little smaller"
 
@@ -73,7 +74,6 @@ def with_tangents(model: _Model) -> _Model:
     """
     info = model.library.model
     reasons = {
-        "the model has closed chains of rigid connections": model.library.has_chains,
         "the model has sampled parts": model.library.is_sampled,
         "states of the model jump, and it reads devices": model.library.has_jumps
         and info.n_device > 0,
@@ -141,56 +141,77 @@ def begin(
     for k, direction in enumerate(directions):
         (states if direction.is_state else changes)[k, direction.number] = 1.0
     rest = model.facts.rest_for(method.start)
-    if rest is None:
-        require(instance, tangents.start(changes, states), model.places)
-        return tangents
     found = np.zeros_like(states)
-    varied = [list(model.parameters).index(name) for name in rest.vary]
+    names = list(model.parameters)
+    varied = tangents.closing if rest is None else [names.index(name) for name in rest.vary]
     for k, direction in enumerate(directions):
-        found[k], changes[k, varied] = _moved_rest(model, parameters, rest, direction, varied)
+        if (rest is not None or varied) and not direction.is_state:
+            found[k], moved = _moved_start(model, parameters, rest, direction, varied)
+            changes[k, varied] += moved
     require(instance, tangents.start(changes, states), model.places)
-    tangents.states = _at_rest(instance, found, tangents.slopes())
+    if rest is not None:
+        tangents.states = _at_rest(instance, found, tangents.slopes())
     return tangents
 
 
-def _moved_rest(
+def _moved_start(
     model: LoadedModel,
     parameters: Mapping[str, ParameterValue],
-    rest: Rest,
+    rest: Rest | None,
     direction: Direction,
     varied: Sequence[int],
 ) -> tuple[Array, Array]:
-    """Differences of the state of rest, and of the varied parameters, by a parameter."""
+    """Differences of the start, and of the parameters that are varied for it, by a parameter.
+
+    Those of the parameter itself are left out.
+    """
     info = model.library.model.param[direction.number]
     given = model.parameters.instance(parameters).parameter(direction.number)
-    step = _PART * (abs(given) or 1.0)
-    low, high = max(info.low, given - step), min(info.high, given + step)
-    ends = []
-    for value in (low, high):
+    states, moved = np.zeros(len(model.states)), np.zeros(len(varied))
+    for value, weight in _difference(given, info.low, info.high, coarse=rest is None):
         instance = model.parameters.instance(parameters)
         instance.set_parameter(direction.number, value)
         status = instance.reset(checked=False)
         try:
-            if status is Status.OK:
+            if status is Status.OK and rest is not None:
                 status, _ = go_to_rest(instance, rest)
+            require(instance, status, model.places)
         except BgError as problem:
             reason = f"at {value:g} {problem.diagnostics[0].message}"
-            raise BgError([rest_not_followed(direction.name, reason)]) from problem
-        require(instance, status, model.places)
-        ends.append((instance.state.copy(), np.array([instance.parameter(k) for k in varied])))
-    (first, before), (last, after) = ends
-    states: Array = (last - first) / (high - low)
-    return states, (after - before) / (high - low)
+            raise BgError([start_not_followed(direction.name, reason)]) from problem
+        states += weight * instance.state
+        moved += weight * np.array([instance.parameter(k) for k in varied])
+    return states, np.where(np.array(varied) == direction.number, 0.0, moved)
+
+
+def _difference(
+    value: float, low: float, high: float, *, coarse: bool
+) -> list[tuple[float, float]]:
+    """Points about a value and their weights in a derivative there.
+
+    Chains are closed to less digits than rest is found: a `coarse` difference has a longer step,
+    and is of order 4.
+    """
+    step = (abs(value) or 1.0) * (_COARSE_PART if coarse else _PART)
+    if coarse and low <= value - 2 * step and value + 2 * step <= high:
+        weights = ((-2, 1), (-1, -8), (1, 8), (2, -1))
+        return [(value + k * step, weight / (12 * step)) for k, weight in weights]
+    first, last = max(low, value - step), min(high, value + step)
+    return [(first, -1 / (last - first)), (last, 1 / (last - first))]
 
 
 def _at_rest(instance: Instance, changes: Array, slopes: Array) -> Array:
-    """Changes of a state of rest, corrected so that its rates remain zero to the first order.
+    """Changes of a state of rest, corrected so that it remains one to the first order.
 
-    `changes` are near, (directions, states); `slopes` are the changes of the rates with the state
-    held. The correction is the least one in the scales of the states.
+    Its rates and the rows of closed chains remain zero. `changes` are near, (directions, states);
+    `slopes` are the changes of the rates and rows with the state held. The correction is the least
+    one in the scales of the states.
     """
     status, jacobian, _ = instance.jacobian()
     require(instance, status)
+    status, _, rows_of_chains = instance.chain_rows()
+    require(instance, status)
+    jacobian = np.vstack([jacobian, rows_of_chains])
     scale = instance.scale
     matrix = jacobian * scale
     rows = row_scales(matrix)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ctypes import POINTER, c_double, c_int, c_size_t, c_void_p
+from itertools import count, takewhile
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_new_sensitivities": (c_void_p, (c_int,)),
     "bgc_start_sensitivities": (c_int, (c_void_p, c_void_p, _Doubles, _Doubles)),
     "bgc_slope_by_parameters": (None, (c_void_p, c_void_p, c_int, _Doubles)),
+    "bgc_closing_parameter": (c_int, (c_int,)),
     "bgc_get_sensitivity": (None, (c_void_p, c_int, _Doubles)),
     "bgc_set_sensitivity": (None, (c_void_p, c_int, _Doubles)),
     "bgc_run_sensitivities": (c_int, (c_void_p, c_void_p, *_RUN)),
@@ -32,15 +34,15 @@ class Tangents:
     The instance is of a library that was compiled with tangents.
     """
 
-    def __init__(self, instance: Instance, count: int) -> None:
-        self.instance, self.count = instance, count
+    def __init__(self, instance: Instance, directions: int) -> None:
+        self.instance, self.count = instance, directions
         self._functions: Any = instance.library.functions
         self._model = instance.library.pointer
         for name, (result, arguments) in _FUNCTIONS.items():
             function = getattr(self._functions, name)
             function.restype, function.argtypes = result, (type(self._model), *arguments)
         self._functions.bgc_free_sensitivities.argtypes = (c_void_p,)
-        self._memory = self._call("bgc_new_sensitivities", count)
+        self._memory = self._call("bgc_new_sensitivities", directions)
         if not self._memory:
             raise BgError([no_memory()])
 
@@ -63,12 +65,22 @@ class Tangents:
         return Status(self._call("bgc_start_sensitivities", *each, *where))
 
     def slopes(self) -> Array:
-        """Derivatives of f at the present, with the states held, (count, states)."""
-        found = np.zeros((self.count, len(self.instance.state)))
+        """Derivatives at the present with the states held, (count, states + chain rows).
+
+        They are those of f, then those of the rows of closed chains (`Instance.chain_rows`).
+        """
+        rows = self._functions.bgc_chain_rows(self._model)
+        found = np.zeros((self.count, len(self.instance.state) + rows))
         for k, row in enumerate(found):
             each = self.instance.address, self._memory
             self._call("bgc_slope_by_parameters", *each, k, _doubles(row))
         return found
+
+    @property
+    def closing(self) -> list[int]:
+        """The numbers of the parameters that may take values which close chains at the start."""
+        numbers = (self._call("bgc_closing_parameter", k) for k in count())
+        return list(takewhile(lambda number: number >= 0, numbers))
 
     @property
     def states(self) -> Array:

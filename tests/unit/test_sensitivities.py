@@ -131,6 +131,39 @@ def test_derivatives_through_an_algebraic_loop_and_its_event(options, tolerance)
             assert size > 0 and found == pytest.approx(expected, abs=tolerance * size)
 
 
+# --- closed chains ---------------------------------------------------------------------------
+
+
+def test_derivatives_on_a_constraint_through_a_jump_across_it():
+    names = ["pull", "mass", "moved", "edge"]
+    result = run("skate", names, rtol=1e-10)
+    for name in names:
+        for column in ("x", "y", "u"):
+            expected = difference("skate", name, column, rtol=1e-11)
+            size = np.abs(expected).max()
+            assert result.sensitivity(column, name) == pytest.approx(expected, abs=1e-6 * size)
+
+
+def test_derivatives_of_a_linkage_and_of_its_closed_start():
+    """The crank is 1 m, the chain is closed by the angles that nothing sets."""
+    linkage = bgc.compile(
+        model_file("sensitivities").parents[1] / "closed_chains.bg", scene="four_bar"
+    )
+    options = {"error": False, "duration": 0.8}
+    result = linkage.simulate(sensitivities=["crank_length"], **options)
+    step = 1e-4
+    above, below = (
+        linkage.simulate(parameters={"crank_length": 1 + sign * step}, **options)
+        for sign in (1, -1)
+    )
+    for column in ("a", "b", "c"):
+        expected = (above[column] - below[column]) / (2 * step)
+        size = np.abs(expected).max()
+        found = result.sensitivity(column, "crank_length")
+        assert np.abs(found[0]) > 0 or column == "a"
+        assert found == pytest.approx(expected, abs=2e-6 * size)
+
+
 # --- events and starts -----------------------------------------------------------------------
 
 

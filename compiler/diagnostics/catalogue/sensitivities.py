@@ -30,10 +30,10 @@ def simultaneous(time: float, states: tuple[str, ...] = (), span: Span | None = 
 
 
 @error(
-    "BG774: the start at rest has no derivative by `{name}`: {reason}",
+    "BG774: the start has no derivative by `{name}`: {reason}",
     'start from given values (`start="given"` in Python), or leave this parameter out',
 )
-def rest_not_followed(name: str, reason: str) -> None: ...
+def start_not_followed(name: str, reason: str) -> None: ...
 def _by(states: tuple[str, ...]) -> str:
     """Name the states that a switch reads, if they are few."""
     return f" by a switch on {quoted(states)}" if 0 < len(states) <= 3 else ""

@@ -1,5 +1,5 @@
 /* closures.c: replaces closures.c in a model without closed chains of rigid connections. */
-#include "bgc_internal.h"
+#include "closures.h"
 
 size_t bgc_closing_size(const bgc_model *m) {
     (void)m;
@@ -60,4 +60,32 @@ void bgc_enter_chains(const bgc_model *m, bgc_data *d) { (void)m, (void)d; }
 bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status) {
     (void)m, (void)d;
     return status;
+}
+
+/* --- for derivatives of a run, which ask nothing of a model without chains */
+
+int bgc_evaluate_chains(const bgc_model *m, bgc_data *d, double t, const double *x, bgc_chain_parts *p) {
+    (void)m, (void)d, (void)t, (void)x, (void)p;
+    return 0;
+}
+
+void bgc_chain_response(const bgc_closure_info *c, const double *left, const double *right, int n,
+                        const int *row, double *s) {
+    (void)c, (void)left, (void)right, (void)n, (void)row, (void)s;
+}
+
+int bgc_list_chosen(const double *flag, int first, int last, int *list) {
+    (void)flag, (void)first, (void)last, (void)list;
+    return 0;
+}
+
+int bgc_list_conditions(const bgc_model *m, bgc_data *d) {
+    (void)m, (void)d;
+    return 0;
+}
+
+int bgc_least_chain_change(bgc_data *d, int n, const double *slopes, int width, double damping,
+                           bgc_chain_parts *p) {
+    (void)d, (void)n, (void)slopes, (void)width, (void)damping, (void)p;
+    return 0;
 }

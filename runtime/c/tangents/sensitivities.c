@@ -17,6 +17,11 @@ static lane *take(lane **at, size_t *size, size_t count) {
     return here;
 }
 
+/* Numbers of the multipliers of closed chains and of the momenta that they act on. */
+static size_t rows_and_impulses(const bgc_model *m) {
+    return m->closure_info == NULL ? 0 : (size_t)(m->closure_info->n_row + m->closure_info->n_impulse);
+}
+
 /* The arrays of lanes; returns their size. */
 static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     const size_t n = (size_t)m->n_state, hoisted = (size_t)s->kernel->n_hoist;
@@ -27,6 +32,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     result = (size_t)m->n_output > result ? (size_t)m->n_output : result;
     result = (size_t)m->n_switch > result ? (size_t)m->n_switch : result;
     result = (size_t)m->n_start > result ? (size_t)m->n_start : result;
+    result = rows_and_impulses(m) > result ? rows_and_impulses(m) : result;
     for (int k = 0; k < m->n_jump; k++) {
         const size_t resets = (size_t)m->jump_first[k + 1];
         result = resets > result ? resets : result;
@@ -48,6 +54,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     s->speed = take(&at, &size, 2 * (size_t)m->n_switch);
     s->work = take(&at, &size, (size_t)s->kernel->n_work);
     s->solve_work = take(&at, &size, (size_t)s->kernel->n_solve_work);
+    s->closing = take(&at, &size, bgc_closing_tangents(m));
     for (int k = 0; k < s->blocks; k++) {
         bgc_sensitivity_block *b = &s->block[k];
         b->q = take(&at, &size, hoisted);
@@ -69,9 +76,10 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
     const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
     const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
-    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (3 + BGC_MAX_STAGES) * n;
+    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (4 + BGC_MAX_STAGES) * n;
+    const size_t directions = (size_t)s->count * (size_t)m->n_param, chains = rows_and_impulses(m);
 
-    s->p = calloc(count + prepared + work + unknowns + rates + matrix + 1, sizeof *s->p);
+    s->p = calloc(count + prepared + work + unknowns + rates + matrix + directions + chains + 1, sizeof *s->p);
     s->pivot = calloc(n + 1, sizeof *s->pivot);
     if (s->p == NULL || s->pivot == NULL) {
         return 0;
@@ -82,7 +90,10 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     s->rate = s->column + unknowns;
     s->rate_after = s->rate + n;
     s->before_satisfied = s->rate_after + n;
-    s->transposed = s->before_satisfied + n;
+    s->before_flows = s->before_satisfied + n;
+    s->parameter = s->before_flows + n;
+    s->multiplier = s->parameter + directions;
+    s->transposed = s->multiplier + chains;
     s->dense_mass = s->transposed + BGC_MAX_STAGES * n;
     return 1;
 }
@@ -133,8 +144,7 @@ void bgc_slope_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_s
 /* --- the start --------------------------------------------------------------------------------- */
 
 /* The changes of what depends on parameters alone. */
-static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
-                    const double *parameter) {
+static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s) {
     const int hoisted = s->kernel->n_hoist;
     double *change = s->p + s->kernel->first_change, *follows = change + m->n_param;
     const double *changes = s->prepared + hoisted;
@@ -143,7 +153,7 @@ static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
     for (int k = 0; k < s->count; k++) {
         lane *q = s->block[k / BGC_LANE_WIDTH].q;
         for (int i = 0; i < m->n_param; i++) {
-            change[i] = parameter[(size_t)k * (size_t)m->n_param + (size_t)i];
+            change[i] = s->parameter[(size_t)k * (size_t)m->n_param + (size_t)i];
             follows[i] = d->is_set[i] || change[i] != 0.0 ? 0.0 : 1.0;
         }
         memset(s->prepared, 0, (size_t)(hoisted + m->n_hoist) * sizeof *s->prepared);
@@ -154,6 +164,14 @@ static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
         }
     }
     bgc_spread(hoisted, s->prepared, s->h);
+}
+
+void bgc_follow_chosen_rows(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
+    const size_t selectors = (size_t)(s->kernel->first_change - m->n_param) * sizeof *d->p;
+
+    if (memcmp(d->p + m->n_param, s->p + m->n_param, selectors) != 0) {
+        prepare(m, d, s);
+    }
 }
 
 /* The changes of the unknowns of the start, by the implicit function: J ds = -dr. */
@@ -189,7 +207,8 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
     const bgc_moment now = {d->core.t, d->x, d->u};
     bgc_status status = BGC_OK;
 
-    prepare(m, d, s, parameter);
+    memcpy(s->parameter, parameter, (size_t)s->count * (size_t)m->n_param * sizeof *parameter);
+    prepare(m, d, s);
     bgc_spread(m->n_input + m->n_switch, d->u, s->u);
     s->jacobians = s->factorisations = -1;
     s->event_at = -INFINITY;
@@ -209,12 +228,15 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
                 lane_set(&b->now[i], l, lane_get(b->now[i], l) + own[i]);
             }
         }
-        bgc_project_sensitivity(m, s, b, d->core.t, d->x, b->now);
+        m->initial(d->h, d->core.t, d->u, s->rate, d->work);
+        if (m->n_start > 0) {
+            m->started(d->h, d->core.t, d->u, d->start_at, s->rate, d->work);
+        }
+        bgc_project_sensitivity(m, s, b, now.t, d->x, b->now);
         if (status == BGC_OK) {
-            m->initial(d->h, d->core.t, d->u, s->rate, d->work);
-            if (m->n_start > 0) {
-                m->started(d->h, d->core.t, d->u, d->start_at, s->rate, d->work);
-            }
+            status = bgc_close_sensitivity(m, d, s, b, &now, s->rate, lane_of(0.0), b->now);
+        }
+        if (status == BGC_OK) {
             status = bgc_satisfy_sensitivity(m, d, s, b, &now, s->rate, lane_of(0.0), b->now);
         }
         b->has_dense = 0;
@@ -248,4 +270,5 @@ void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities 
     for (int i = 0; i < m->n_state; i++) {
         f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
     }
+    bgc_chain_slopes(m, d, s, k, f + m->n_state);
 }

@@ -31,8 +31,10 @@ struct bgc_sensitivities {
     long jacobians, factorisations;    /* of the run when the Jacobian and the factors were taken */
 
     /* Scratch. */
-    lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work;
-    double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_satisfied;
+    lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work, *closing;
+    double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_satisfied, *before_flows;
+    double *parameter;  /* changes of the parameters along each direction */
+    double *multiplier; /* of the rows of closed chains, then the changes of momenta by these */
     double *transposed; /* U_i of all stages side by side, for each state */
     int *pivot;
     double *dense_mass;
@@ -54,7 +56,10 @@ static inline void bgc_spread(int n, const double *from, lane *to) {
     }
 }
 
-/* --- sensitivities.c: derivatives of f, to s->right, where the states have the derivatives v and time has
+/* --- sensitivities.c: what depends on parameters alone, where other rows of closed chains have been chosen */
+void bgc_follow_chosen_rows(const bgc_model *m, bgc_data *d, bgc_sensitivities *s);
+
+/* derivatives of f, to s->right, where the states have the derivatives v and time has
  * `delay` */
 void bgc_slope_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
                            const bgc_moment *at, const lane *v, lane delay);
@@ -66,6 +71,14 @@ bgc_status bgc_satisfy_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitiv
                                    lane delay, lane *v);
 void bgc_project_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_sensitivity_block *b,
                              double t, const double *x, lane *v);
+
+/* --- tangent_chains.c: size of s->closing; projects derivatives v of the states onto closed chains, to which
+ * states were projected, `from` those before; derivatives of the chains' rows with the states held */
+size_t bgc_closing_tangents(const bgc_model *m);
+bgc_status bgc_close_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                 const bgc_sensitivity_block *b, const bgc_moment *at, const double *from,
+                                 lane delay, lane *v);
+void bgc_chain_slopes(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *slope);
 
 /* --- tangent_dense.c: derivatives at t inside the last step, where the states are x */
 bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,

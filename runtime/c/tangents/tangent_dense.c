@@ -45,6 +45,7 @@ bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sens
     const double *own = d->k;
     const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
     const bgc_moment at = {t, x, d->u_step};
+    bgc_status status = BGC_OK;
 
     if (!b->has_dense) {
         complete_dense(m, d, s, b);
@@ -52,12 +53,13 @@ bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sens
     for (int i = 0; i < n; i++) {
         out[i] = r * b->start[i] + part * (b->end[i] + r * (k1[i] + part * (k2[i] + part * k3[i])));
     }
-    if (m->project != NULL) {
+    if (m->project != NULL || m->closure_info != NULL) {
         for (int i = 0; i < n; i++) {
             s->rate[i] = bgc_interpolated(part, d->y0[i], d->y1[i], own[i], own[width + (size_t)i],
                                           own[2 * width + (size_t)i]);
         }
         bgc_project_sensitivity(m, s, b, t, s->rate, out);
+        status = bgc_close_sensitivity(m, d, s, b, &at, s->rate, lane_of(0.0), out);
     }
-    return bgc_satisfy_sensitivity(m, d, s, b, &at, NULL, lane_of(0.0), out);
+    return status != BGC_OK ? status : bgc_satisfy_sensitivity(m, d, s, b, &at, NULL, lane_of(0.0), out);
 }

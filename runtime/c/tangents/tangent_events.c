@@ -169,14 +169,21 @@ static void carry_through_resets(const bgc_model *m, bgc_data *d, bgc_sensitivit
     }
 }
 
+/* Tests that states have jumped at the present. */
+static int jumps(const bgc_model *m, const bgc_data *d) {
+    int found = 0;
+
+    for (int k = 0; k < m->n_jump; k++) {
+        found |= d->jumped_at[k] == d->core.t;
+    }
+    return found;
+}
+
 /* Tests that rates or states have changed at the event, by more than rounding. */
 static int changes_motion(const bgc_model *m, const bgc_data *d, const double *before,
                           const double *after) {
-    int changed = 0;
+    int changed = jumps(m, d);
 
-    for (int k = 0; k < m->n_jump; k++) {
-        changed |= d->jumped_at[k] == d->core.t;
-    }
     for (int i = 0; i < m->n_state; i++) {
         changed |= !(fabs(after[i] - before[i]) <= same_rate * (fabs(before[i]) + fabs(after[i])));
     }
@@ -189,7 +196,7 @@ static bgc_status carry(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, b
                         const bgc_moment *behind, lane delay) {
     const int n = m->n_state;
     lane *v = s->along;
-    bgc_status status;
+    bgc_status status = BGC_OK;
 
     for (int i = 0; i < n; i++) {
         v[i] = b->now[i] + s->rate[i] * delay;
@@ -199,7 +206,13 @@ static bgc_status carry(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, b
     if (m->n_jump > 0) {
         carry_through_resets(m, d, s, b, v);
     }
-    status = bgc_satisfy_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
+    if (jumps(m, d)) {
+        bgc_project_sensitivity(m, s, b, behind->t, s->before_satisfied, v);
+        status = bgc_close_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
+    }
+    if (status == BGC_OK) {
+        status = bgc_satisfy_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
+    }
     for (int i = 0; i < n; i++) {
         b->now[i] = v[i] - s->rate_after[i] * delay;
     }
@@ -218,6 +231,7 @@ bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of) {
     lane *speed = s->speed, *earlier = s->speed + m->n_switch;
     bgc_status status;
 
+    bgc_follow_chosen_rows(m, d, s);
     status = find_rate(m, d, s, &start, before);
     if (status != BGC_OK) {
         return status;

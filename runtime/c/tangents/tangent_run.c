@@ -14,6 +14,7 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, void *of, double t,
         x = d->point;
     }
     t = inside ? t : d->core.t;
+    bgc_follow_chosen_rows(m, d, s);
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
         lane *v = s->along;

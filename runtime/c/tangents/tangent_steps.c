@@ -247,11 +247,12 @@ static bgc_status finish(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
     bgc_status status = BGC_OK;
 
     combine(n, stages, of->tableau->m, s->stages, b->start, b->end);
-    if (m->project != NULL || d->core.algebraic > 0) {
+    if (m->project != NULL || m->closure_info != NULL || d->core.algebraic > 0) {
         bgc_combine(n, stages, of->tableau->m, d->stages, d->x, d->point);
         bgc_project_sensitivity(m, s, b, end.t, d->point, b->end);
+        status = bgc_close_sensitivity(m, d, s, b, &end, d->point, lane_of(0.0), b->end);
     }
-    if (d->core.algebraic > 0 && (!of->implicit || was_corrected(d))) {
+    if (status == BGC_OK && d->core.algebraic > 0 && (!of->implicit || was_corrected(d))) {
         status = bgc_satisfy_sensitivity(m, d, s, b, &end, d->point, lane_of(0.0), b->end);
     }
     b->has_dense = of->tableau->dense > 0;
@@ -319,6 +320,7 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     if (of.tableau == NULL) {
         return BGC_BAD_ARGUMENT;
     }
+    bgc_follow_chosen_rows(m, d, s);
     if (!d->core.left) {
         status = spread_step(m, d, s, &of);
     }
