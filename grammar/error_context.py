@@ -32,7 +32,7 @@ class ErrorContext:
     accepted
         The types of the tokens that the parser would accept.
     outermost
-        The kind of text: "file" or "setting".
+        The kind of text: "file", "setting" or "filling".
     """
 
     source: Source

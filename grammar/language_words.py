@@ -444,7 +444,7 @@ SCENE_WORDS = frozenset(w.word for w in TABLE.values() if w.reserved is Reserved
 
 WORDS = {
     block: [row.word for row in TABLE.values() if block in row.begins]
-    for block in ("file", "model", "scene", "domain", "law", "setting", "when")
+    for block in ("file", "model", "scene", "domain", "law", "setting", "filling", "when")
 }
 """The words that begin a statement, by kind of block."""
 
@@ -482,6 +482,7 @@ FORMS_IN = {
     "domain": "a variable is `effort name : unit;`, or `flow` or `signal`",
     "law": "a law is `e = expression;`, or the same for another variable of the element",
     "setting": "a setting is `part.name = value`",
+    "filling": "a slot is filled by `part.slot = Type(arguments)`",
     "when": "a `when` holds statements such as `reset x = value;`",
 }
 """The statements of a block, as messages show them, by kind of block."""

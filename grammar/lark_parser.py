@@ -24,7 +24,7 @@ _SHIFT = 0  # in Lark's tables: go to a state, after a terminal or a rule; else 
 
 @cache
 def lark_parser() -> Lark:
-    """Return the parser of the grammar, with the start symbols `start` and `setting`.
+    """Return the parser of the grammar, with the start symbols `file`, `setting` and `filling`.
 
     The layout of the tables is Lark's own and may change with any release, so they are used only
     with the version of Lark that wrote them. With another one the parser is built from the
@@ -44,7 +44,7 @@ def build_parser(*, strict: bool = False) -> Lark:
     """
     return Lark(
         _GRAMMAR.read_text(encoding="utf-8"),
-        start=["file", "setting"],
+        start=["file", "setting", "filling"],
         parser="lalr",
         lexer="contextual",
         maybe_placeholders=True,

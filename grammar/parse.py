@@ -20,10 +20,17 @@ from bgc.grammar.mistaken_values import reciprocal_unit
 from bgc.grammar.mistakes import block_kind, explain
 from bgc.grammar.source_files import read_source
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
-from bgc.grammar.transform import transform, transform_setting
+from bgc.grammar.transform import transform, transform_filling, transform_setting
 from bgc.record_class import dataclass
 
-__all__ = ["parse", "parse_setting", "parse_with_tokens", "read_so_far", "read_source"]
+__all__ = [
+    "parse",
+    "parse_filling",
+    "parse_setting",
+    "parse_with_tokens",
+    "read_so_far",
+    "read_source",
+]
 
 _MAX_LINE = 100_000
 _MAX_STACK = 200  # entries on the parser's stack: bounds the depth of the parse tree, too
@@ -124,6 +131,15 @@ def parse_setting(source: Source) -> syntax.Set:
     if refused:
         raise BgError(refused)
     return setting
+
+
+def parse_filling(source: Source) -> syntax.Use | None:
+    """Parse `a.b = Type(..)`, the filling of a slot on the command line; None if it is not one."""
+    tree = None if _not_a_model(source) else _Parsing(source, "filling").to_first_error()
+    if tree is None:
+        return None
+    use, refused = transform_filling(source, tree)
+    return None if refused else use
 
 
 def _not_a_model(source: Source) -> Diagnostic | None:

@@ -69,8 +69,8 @@ _ROWS = (
         form="a slot is filled by `use part.slot = Type(arguments);`",
         doc=(
             "A slot is a part whose type is an interface, or which declares a default: "
-            "`lock : Lock[5] = Compliant[5];`. The type must fit the interface. On the command "
-            "line: `--use`.",
+            "`lock : Lock[5] = Compliant[5];`. The type must fit the interface. `Type(..)` takes "
+            "over the arguments of the type that it replaces. On the command line: `--use`.",
         ),
         example="use crane.elbow.lock = Rigid[5];\nuse crane = TelescopicCrane;",
         related=("interface", "set"),

@@ -152,6 +152,9 @@ class TypeUse:
     As an expression it is the value of an argument that fills a slot. There `Rigid`,
     `Rigid[5]` and `Rigid()` are parsed as Name, Index and Call: only the name of the argument
     shows that a type is meant.
+
+    `Type(.., arguments)` in a `use` has `keeps`: it takes the dimensions and arguments of what it
+    replaces, as far as it has them. `replaced` is the type of a `use` that this one replaces.
     """
 
     name: str
@@ -159,6 +162,8 @@ class TypeUse:
     arguments: tuple[Argument, ...]
     span: Span
     name_span: Span
+    keeps: bool = False
+    replaced: TypeUse | None = None
 
 
 Expr: TypeAlias = (

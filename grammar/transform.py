@@ -52,6 +52,12 @@ def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tupl
     return worker.setting(tree), tuple(worker.diagnostics)
 
 
+def transform_filling(source: Source, tree: ParseTree) -> tuple[syntax.Use, tuple[Diagnostic, ...]]:
+    """Make the filling of a slot, `a.b = Type(.., c = value)`, from its parse tree."""
+    worker = _Transform(source)
+    return worker.filling(tree), tuple(worker.diagnostics)
+
+
 class _Transform(ExpressionTransform):
     """The transformation of declarations and items: one method for each rule of the grammar."""
 
@@ -70,6 +76,11 @@ class _Transform(ExpressionTransform):
 
     def setting(self, tree: ParseTree) -> syntax.Set:
         return syntax.Set(*self._two_sides(tree))
+
+    def filling(self, tree: ParseTree) -> syntax.Use:
+        """Make a `use`, with or without its word and semicolon."""
+        *_, slot, filled = tree.children
+        return syntax.Use(self.expression(slot), self._type_use(filled), self.span(tree))
 
     def _import(self, tree: ParseTree) -> syntax.Import:
         span = self.span(tree)
@@ -337,8 +348,7 @@ class _Transform(ExpressionTransform):
         span = self.span(tree)
         match tree.data:
             case "use":
-                _, slot, type_use = children
-                return [syntax.Use(self.expression(slot), self._type_use(type_use), span)]
+                return [self.filling(tree)]
             case "set":
                 return [self.setting(tree)]
             case "device":
@@ -421,6 +431,7 @@ class _Transform(ExpressionTransform):
             self.arguments(arguments),
             self.span(tree),
             self.token_span(name),
+            keeps=arguments is not None and arguments.data == "kept",
         )
 
     def _dims(self, tree: ParseTree | None) -> tuple[syntax.Expr, ...]:

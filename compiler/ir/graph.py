@@ -408,12 +408,16 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot of the model: its interface with dimensions (`Lock[5]`), and the model in it."""
+    """A slot of the model: its interface with dimensions (`Lock[5]`), and the model in it.
+
+    `given` are the names of the arguments of that model.
+    """
 
     path: str
     interface: str
     dims: tuple[int, ...]
     filled_by: str
+    given: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

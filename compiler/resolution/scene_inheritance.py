@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from bgc.diagnostics.catalogue import inherited_scenes as messages
 from bgc.diagnostics.collection import Report
 from bgc.grammar import syntax
@@ -93,8 +96,21 @@ def extended(base: WholeScene, scene: syntax.Scene) -> WholeScene:
     inherited = tuple(
         Inherited(item, tuple(dict.fromkeys((*before.get(id(item), ()), *slots)))) for item in kept
     )
-    items = (*kept, *scene.items)
+    items = (*kept, *replacing(base.items, scene.items))
     return WholeScene(scene, base.model, items, inherited, base.bases + 1)
+
+
+def replacing(
+    before: Sequence[syntax.SceneItem], items: Sequence[syntax.SceneItem]
+) -> list[syntax.SceneItem]:
+    """Tell each `use` that keeps arguments the type of the one before that it replaces."""
+    types = {text_of(item.slot): item.type for item in before if isinstance(item, syntax.Use)}
+    return [
+        replace(item, type=replace(item.type, replaced=types.get(text_of(item.slot))))
+        if isinstance(item, syntax.Use) and item.type.keeps
+        else item
+        for item in items
+    ]
 
 
 def _key(item: syntax.SceneItem) -> tuple[str, str] | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from bgc.diagnostics.catalogue import names, slots
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.tree import Environment, Given, Pending
@@ -37,6 +39,51 @@ def choose_fill(
         fitting = fitting_models(interface.syntax, fill_env.module.models)
         raise BgError([slots.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
     return fill, fill_env, model
+
+
+def former_fill(
+    fill: syntax.TypeUse, env: Environment, pending: Pending
+) -> tuple[syntax.TypeUse, Environment] | None:
+    """The type that a `use` replaces: that of another `use`, else an argument's, else the default.
+
+    `env` is the environment of `fill`. None where nothing filled the slot before.
+    """
+    if fill.replaced is not None:
+        return fill.replaced, env
+    if pending.fill is not None:
+        return as_type_use(pending.fill, pending.part.name), pending.fill.env
+    return None if pending.part.default is None else (pending.part.default, pending.env)
+
+
+def given_arguments(
+    fill: syntax.TypeUse, env: Environment, pending: Pending
+) -> Iterator[tuple[str, Given]]:
+    """Yield the named arguments of a type in a slot, then those that it keeps of the one before."""
+    for argument in fill.arguments:
+        if argument.name is not None:
+            yield argument.name, Given(argument.value, env, argument.span)
+    former = former_fill(fill, env, pending) if fill.keeps else None
+    if former is not None:
+        yield from given_arguments(*former, pending)
+
+
+def takes(model: Declared[syntax.Model], name: str) -> bool:
+    """Return whether a model, or one that it extends, can be given an argument."""
+    return any(
+        _can_be_given(item, name, each) for each in ancestors(model) for item in each.syntax.items
+    )
+
+
+def _can_be_given(item: syntax.Item, name: str, declared: Declared[syntax.Model]) -> bool:
+    match item:
+        case syntax.Value(kind="param" | "const" | "input"):
+            return item.name == name
+        case syntax.Part():
+            found = declared.module.models.get(item.type.name)
+            is_slot = item.default is not None or (found is not None and found.syntax.interface)
+            return item.name == name and is_slot
+        case _:
+            return False
 
 
 def as_type_use(given: Given, slot: str) -> syntax.TypeUse:

@@ -14,7 +14,7 @@ from bgc.diagnostics.collection import already_reported
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
-from bgc.elaboration.instances.fills import choose_fill
+from bgc.elaboration.instances.fills import choose_fill, former_fill, given_arguments, takes
 from bgc.elaboration.instances.instance_notes import note, note_of
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.sample_blocks import enter_sampled
@@ -433,12 +433,15 @@ class Builder:
         used = self.world.edits.take("uses", pending.path)
         fill, fill_env, model = choose_fill(pending, interface, used)
         arguments = self.arguments_by_name(fill, fill_env, fill.name)
+        for name, given in given_arguments(fill, fill_env, pending):
+            if takes(model, name):
+                arguments.setdefault(name, given)
         for name, given in self.arguments_by_name(part.type, env, part.type.name).items():
             if name in arguments:
                 first = arguments[name].span
                 raise BgError([names.given_twice(given.span, name, first)])
             arguments[name] = given
-        dims = self.dimensions(model.syntax, fill, fill_env)
+        dims = tuple(self._sizes(fill, fill_env, pending).values())
         built = self.instantiate(model, dims, arguments, pending.path, env.instance, part.name_span)
         required = self.dimensions(interface.syntax, part.type, env)
         have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
@@ -450,8 +453,22 @@ class Builder:
                     )
                 ]
             )
-        self.slots.append(Slot(pending.path, part.type.name, required, fill.name))
+        names_given = tuple(name for name, _ in given_arguments(fill, fill_env, pending))
+        self.slots.append(Slot(pending.path, part.type.name, required, fill.name, names_given))
         return built
+
+    def _sizes(self, fill: syntax.TypeUse, env: Environment, pending: Pending) -> dict[str, int]:
+        """The dimensions of a type that fills a slot: its own, or all those of the one before."""
+        declared = env.module.models.get(fill.name)
+        if declared is None:
+            return {}
+        model = declared.syntax
+        names = [formal.name for formal in model.formals]
+        former = former_fill(fill, env, pending) if fill.keeps and not fill.dims else None
+        kept = {} if former is None else self._sizes(*former, pending)
+        if kept.keys() >= set(names):
+            return {name: kept[name] for name in names}
+        return dict(zip(names, self.dimensions(model, fill, env), strict=True))
 
     def _build_element(self, pending: Pending) -> Element:
         part, env = pending.part, pending.env

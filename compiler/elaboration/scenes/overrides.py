@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from bgc.diagnostics.catalogue import slots
+from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
-from bgc.elaboration.instances.fills import as_type_use
 from bgc.elaboration.instances.scopes import path_of
-from bgc.elaboration.instances.tree import Given
 from bgc.elaboration.scenes.observations import is_path
 from bgc.elaboration.scenes.scene_choice import Scene
 from bgc.grammar import syntax
-from bgc.grammar.parse import parse_setting
+from bgc.grammar.parse import parse_filling, parse_setting
 from bgc.language.column_names import column_in, name_in_si
 from bgc.resolution.modules import Inherited
+from bgc.resolution.scene_inheritance import replacing
 
 
 def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
@@ -26,8 +27,8 @@ def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
     """
     if not uses:
         return scene
-    added = [_use(scene, use) for use in uses]
-    filled = dict.fromkeys(path_of(item.slot) for item in added)
+    added = replacing(scene.items, [_use(use) for use in uses])
+    filled = dict.fromkeys(path_of(item.slot) for item in added if isinstance(item, syntax.Use))
     kept = tuple(
         item
         for item in scene.items
@@ -40,11 +41,13 @@ def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
     return replace(scene, items=(*kept, *added), inherited=inherited)
 
 
-def _use(scene: Scene, use: tuple[str, str]) -> syntax.Use:
-    setting = parse_setting(Source("--use", "=".join(use)))
-    given = Given(setting.value, scene.env, setting.value.span)
-    type_use = as_type_use(given, path_of(setting.target))
-    return syntax.Use(setting.target, type_use, setting.value.span)
+def _use(use: tuple[str, str]) -> syntax.Use:
+    source = Source("--use", "=".join(use))
+    found = parse_filling(source)
+    if found is not None:
+        return replace(found, span=found.type.span)
+    setting = parse_setting(source)
+    raise BgError([slots.type_expected(setting.value.span, path_of(setting.target))])
 
 
 def with_drives(scene: Scene, drives: Sequence[tuple[str, str]]) -> Scene:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from bgc.elaboration.instances.fills import takes
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Slot
 from bgc.options import Options
@@ -61,8 +62,14 @@ def variants_of(package: Package, graph: FlatGraph) -> tuple[Change, ...]:
 
 
 def _as_type(slot: Slot, model: Declared[syntax.Model]) -> str | None:
-    """The model as a type with the slot's dimensions or its defaults; None if neither fits."""
-    formals = model.syntax.formals
+    """The model as a type with the slot's dimensions or its defaults; None if neither fits.
+
+    It keeps the arguments of the slot's present model that it takes itself.
+    """
+    formals, name = model.syntax.formals, model.syntax.name
+    kept = "(..)" if any(takes(model, each) for each in slot.given) else ""
     if slot.dims and len(formals) == len(slot.dims):
-        return f"{model.syntax.name}[{', '.join(map(str, slot.dims))}]"
-    return model.syntax.name if all(f.default is not None for f in formals) else None
+        return f"{name}[{', '.join(map(str, slot.dims))}]{kept}"
+    if formals and not slot.dims:
+        kept = "(..)"  # its dimensions
+    return f"{name}{kept}" if all(f.default is not None for f in formals) else None
