@@ -203,7 +203,8 @@ class StudiedModel(LoadedModel):
         """Estimate parameters from a recorded motion, as `bgc fit` does.
 
         Minimises the sum of squared residuals in units of their noise within the bounds, by SciPy's
-        `least_squares`. Each point and its finite differences run as one batch.
+        `least_squares`. Derivatives are the sensitivities of the run, of which few are needed, or
+        central differences where it has none.
 
         Parameters
         ----------

@@ -17,13 +17,17 @@ from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.parameter_grid import Range
 from bgc.runtime.running.run_warnings import negative_among
 from bgc.runtime.studies.estimate import Estimate
+from bgc.runtime.studies.followed_runs import FollowedRuns
 from bgc.runtime.studies.motion import Recorded
 from bgc.runtime.studies.points import PointRuns, slopes, stencil
 from bgc.runtime.studies.search_arguments import spread, with_sobol
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
-_PASSES = 3  # fits with weights from the residuals of the one before
+_PASSES = 10  # fits, each with derivatives and weights of the noise where the one before ended
+_STILL = 1e-2  # distance, in standard errors of the parameters, to which passes move the estimate
+_UNEXPLAINED = 0.3  # share of a step's change from which on derivatives are computed anew
+_SHORT = 1e-4  # step over the scale of the parameters whose change says little about derivatives
 _COLLINEAR = 1e4  # condition number from which on parameters count as not identifiable
 _SHARE = 0.3  # of a singular vector: parameters that belong to a combination
 _MOST_RUNS = 200  # points of one fit
@@ -45,11 +49,23 @@ class FitOptions:
     confidence: float = 0.95
 
 
+@dataclass(frozen=True, slots=True)
+class Sloped:
+    """Values at a point, (rows, columns), and derivatives, (parameters, rows, columns)."""
+
+    point: Array
+    values: Array
+    slopes: Array
+
+
 @dataclass(slots=True)
 class Residuals:
     """Computed less recorded values over the noise of their columns, and their derivatives.
 
     `scale` is the size of each parameter, `noise` the standard deviation of each fitted column.
+    Derivatives are exact at a point that `follow` was called with, those of the run or, where it
+    has none, central differences. From there on Broyden's updates carry them along: the changes
+    of the values in each step correct the derivatives along it.
     """
 
     runs: PointRuns
@@ -59,14 +75,18 @@ class Residuals:
     high: Array
     scale: Array
     noise: Array
-    _point: Array | None = None
-    _values: Array | None = None  # (rows, columns) at the point
-    _slopes: Array | None = None  # (parameters, rows, columns)
+    _exact: Sloped | None = None  # where `follow` was called
+    _near: Sloped | None = None  # carried along from there
+    _tried: tuple[Array, Array | None] | None = None  # the last point, and its values
+    _followed: FollowedRuns | None = None
 
     def values(self, point: Array) -> Array | None:
         """Computed values of the fitted columns, (rows, columns); None where the run fails."""
-        self._compute(point)
-        return self._values
+        if self._near is not None and np.array_equal(point, self._near.point):
+            return self._near.values
+        if self._tried is None or not np.array_equal(point, self._tried[0]):
+            self._tried = point.copy(), self.many(point[np.newaxis])[0]
+        return self._tried[1]
 
     def residuals(self, point: Array) -> Array | None:
         """Residuals of all recorded values, (m,); None where the run fails."""
@@ -75,12 +95,27 @@ class Residuals:
             return None
         return np.asarray(((values - self.recorded.values) / self.noise)[self.recorded.known])
 
+    def follow(self, point: Array) -> None:
+        """Compute the derivatives at a point whose run does not fail."""
+        values = self.values(point)
+        assert values is not None
+        if self._followed is None:
+            self._followed = FollowedRuns(self.runs, self.names, self.recorded.names)
+        found = self._followed.at(point, self.recorded.time, {})
+        slopes = found[1] if found is not None else self._differences(point, values)
+        self._exact = self._near = Sloped(point.copy(), values, slopes)
+
     def jacobian(self, point: Array) -> Array:
-        """Derivatives of the residuals by the parameters, (m, parameters)."""
-        self._compute(point)
-        assert self._slopes is not None
-        weighted = self._slopes / self.noise
-        return np.column_stack([each[self.recorded.known] for each in weighted])
+        """Derivatives of the residuals by the parameters, (m, parameters), near a point."""
+        assert self._near is not None
+        if not np.array_equal(point, self._near.point):
+            self._step_to(point, self._near)
+        return self._weighted(self._near)
+
+    def exact_jacobian(self) -> Array:
+        """Derivatives of the residuals by the parameters, (m, parameters), of the last `follow`."""
+        assert self._exact is not None
+        return self._weighted(self._exact)
 
     def warned(self, point: Array) -> tuple[Diagnostic, ...]:
         """The warnings about the run at a point, which is repeated alone."""
@@ -95,19 +130,43 @@ class Residuals:
         good = found.done & np.isfinite(rows[:, 1:]).all(axis=(1, 2))
         return [rows[k] if good[k] else None for k in range(len(points))]
 
-    def _compute(self, point: Array) -> None:
-        """Run a point and its neighbours, within the bounds."""
-        if self._point is not None and np.array_equal(point, self._point):
+    def _step_to(self, point: Array, last: Sloped) -> None:
+        """Carry the derivatives to a point, or compute them anew where they do not explain it.
+
+        C. G. Broyden, Mathematics of Computation 19 (1965), 577-593, in parameters over their
+        scales.
+        """
+        values = self.values(point)
+        assert values is not None
+        step = (point - last.point) / self.scale
+        length = float(np.linalg.norm(step))
+        change = values - last.values
+        unexplained = change - np.tensordot(point - last.point, last.slopes, 1)
+        if self._size(unexplained) > _UNEXPLAINED * self._size(change) and length > _SHORT:
+            self.follow(point)
             return
+        slopes = last.slopes
+        if length > _SHORT:
+            slopes = slopes + np.multiply.outer(step / self.scale / length**2, unexplained)
+        self._near = Sloped(point.copy(), values, slopes)
+
+    def _size(self, changes: Array) -> float:
+        """The norm of changes of the values in units of their noise."""
+        return float(np.linalg.norm((changes / self.noise)[self.recorded.known]))
+
+    def _differences(self, point: Array, values: Array) -> Array:
+        """Central differences within the bounds, from one batch."""
         plan = self.runs.plan(self.names, np.tile(point, (2 * len(point) + 1, 1)))
         step = self.runs.difference(plan) * self.scale
         points = stencil(
             point, np.minimum(point + step, self.high), np.maximum(point - step, self.low)
         )
-        values = self.many(points)
-        self._point, self._values, self._slopes = point.copy(), values[0], None
-        if values[0] is not None:
-            self._slopes = slopes(points, values)
+        batch = self.many(points)
+        return slopes(points, [values if batch[0] is None else batch[0], *batch[1:]])
+
+    def _weighted(self, found: Sloped) -> Array:
+        slopes = found.slopes / self.noise
+        return np.column_stack([each[self.recorded.known] for each in slopes])
 
 
 def _penalty(residuals: Sequence[float] | Array) -> Array:
@@ -143,18 +202,24 @@ def fit(
     start = _best_start(problem, bounds, start, options.starts)
     point = start
     for _ in range(_PASSES):
+        problem.follow(point)
         solution = _solve(problem, point, options.loss)
-        point = np.asarray(solution.x)
+        moved, point = np.asarray(solution.x) - point, np.asarray(solution.x)
         free = [k for k, name in enumerate(recorded.names) if name not in given]
         before = problem.noise.copy()
         values = problem.values(point)
         assert values is not None
         deviations = _deviations(values - recorded.values, len(names), options.loss)
         problem.noise[free] = np.maximum(deviations[free], 1e-12 * before[free])
-        if len(recorded.names) == 1 and options.loss == "linear":
-            break  # the weight of one column does not move the estimate
-        if np.allclose(problem.noise, before, rtol=0.01, atol=0):
+        # The weight of one column does not move the estimate.
+        alone = len(recorded.names) == 1 and options.loss == "linear"
+        weighed = alone or np.allclose(problem.noise, before, rtol=0.01, atol=0)
+        there = problem.exact_jacobian() @ moved
+        still = float(np.linalg.norm(there)) <= _STILL or (np.abs(moved) <= 1e-8 * scale).all()
+        if weighed and still:
             break
+    else:
+        problem.follow(point)
     return _judge(problem, point, start, solution, options)
 
 
@@ -271,7 +336,7 @@ def _judge(
     # Slow to load, and only an estimation needs it.
     from scipy.stats import t as student
 
-    residuals, jacobian = problem.residuals(point), problem.jacobian(point)
+    residuals, jacobian = problem.residuals(point), problem.exact_jacobian()
     assert residuals is not None
     m, n = jacobian.shape
     edge = 1e-6 * problem.scale

@@ -60,6 +60,22 @@ def test_an_exact_motion_is_recovered_and_a_result_is_a_motion(model):
     assert np.abs(found.correlation[0, 1]) < 0.9 and len(found.plot().axes) == 1
 
 
+def test_exact_derivatives_and_differences_find_the_same_estimate(model):
+    """`radau5` has no sensitivities, and neither have energy accounts."""
+    rng = np.random.default_rng(3)
+    x, v = motion()
+    data = {"time": TIME, "x": x + rng.normal(0, 8, len(x)), "v": v + rng.normal(0, 0.05, len(v))}
+    exact = model.fit(data, BOUNDS)
+    other = model.fit(data, BOUNDS, solver="radau5", rtol=1e-9)
+    errors = exact.half_widths / 2
+    assert exact.runs < other.runs
+    assert (np.abs(exact.values - other.values) < 1e-2 * errors).all()
+    assert exact.half_widths == pytest.approx(other.half_widths, rel=1e-3)
+    stored = model.simulate(parameters={"k": 40, "c": 1.2})
+    found = model.fit(stored, BOUNDS, columns=["energy.stored"])
+    assert found.parameters() == pytest.approx({"k": 40, "c": 1.2}, rel=1e-6)
+
+
 def test_parameters_that_the_data_do_not_determine_are_named(model):
     x, _ = motion()
     found = model.fit({"time": TIME, "x": x}, {"k": "1..1000 N/m", "unused": "0..9"})
