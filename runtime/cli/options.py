@@ -39,9 +39,9 @@ _KINDS: Mapping[Any, Any] = {bool: bool, tuple: tuple[str, ...]}  # others may b
 def option_of(record: type, field: str, text: str = "") -> Any:
     """Declare the option that gives a field of a record, by default with the help of its own."""
     known = options_of(record, Where.COMMAND)[field]
-    facts: dict[str, Any] = {"type": Value(known.unit)} if known.unit else {}
-    facts |= {"metavar": known.metavar} if known.metavar else {}
-    return option(text or known.help, known.flag, **facts)
+    kind = Value(known.unit) if known.unit else None
+    facts: dict[str, Any] = {"type": kind, "metavar": known.metavar, "choices": known.choices}
+    return option(text or known.help, known.flag, **{k: v for k, v in facts.items() if v})
 
 
 def assigned(example: str) -> Pair:

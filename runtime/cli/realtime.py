@@ -1,9 +1,10 @@
 """Options and the view on the terminal that the commands in real time share."""
 
 import sys
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from bgc.runtime.cli.command import OptionGroup, Value, option, signature
+from bgc.runtime.cli.command import OptionGroup, signature
+from bgc.runtime.cli.options import rows_of
 from bgc.runtime.cli.printing import print_diagnostics, print_text
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.loop_options import RealtimeOptions
@@ -16,16 +17,6 @@ if TYPE_CHECKING:
 
     from bgc.runtime.cli.keys import Menu
 
-_LIMITS = {
-    "max_force": ("N", "Largest force, such as 5 N; the device's own limit applies too."),
-    "max_torque": ("N*m", "Largest torque."),
-    "max_gripper_force": ("N", "Largest force of the gripper."),
-    "max_force_rate": ("N/s", "Fastest change of the force."),
-    "max_power": ("W", "Largest power into the hand."),
-    "ramp": ("s", "Time in which the force rises (0.5 s)."),
-    "stale": ("s", "Longest time without new data from a device with motors (0.1 s)."),
-    "watchdog": ("s", "Longest time without a sample (0.1 s)."),
-}
 _MOST_VALUES = 12
 _PERIOD = 0.1  # s between two views
 
@@ -33,29 +24,7 @@ _PERIOD = 0.1  # s between two views
 class LimitOptions(OptionGroup):
     """Limits of a loop, as `options` of `Model.realtime`."""
 
-    __signature__ = signature(
-        {
-            "policy": (
-                Literal["hold", "skip", "slow"] | None,
-                option("Treatment of missed periods, in place of that in the scene's `deadline`."),
-            ),
-            "burst": (
-                float | None,
-                option(
-                    "Number of missed deadlines that ends the loop (100 with motors); 0: no limit.",
-                    metavar="COUNT",
-                ),
-            ),
-            "dead_man": (
-                int | None,
-                option("Button without which there is no force: 1 to 8.", metavar="BUTTON"),
-            ),
-            **{
-                name: (float | None, option(text, type=Value(unit), metavar="VALUE"))
-                for name, (unit, text) in _LIMITS.items()
-            },
-        }
-    )
+    __signature__ = signature(rows_of(RealtimeOptions))
 
     def __init__(self, **given: Any) -> None:
         known = {name: value for name, value in given.items() if value is not None}

@@ -56,6 +56,19 @@ class Course:
         return tuple(text(model.device[index].name) for index in range(model.n_device))
 
     @property
+    def coupled(self) -> frozenset[str]:
+        """Devices whose whole force comes from sampled ports.
+
+        The energy of such a force is that of a coupling, so that of it may be taken back what the
+        loop creates. An observer does that itself; rate control has no such energy.
+        """
+        return frozenset(
+            force.device
+            for force in self.model.facts.forces
+            if force.ports and force.whole and not force.observers
+        )
+
+    @property
     def period(self) -> float:
         """Time between two samples, s."""
         return period_of(self.model, self.method, self.instance.sample_period)

@@ -133,8 +133,13 @@ class Realtime:
             if status is not Status.OK:
                 reason = quotable(message)
                 raise BgError([device_not_opened(device.name, device.driver, reason)])
+        self._take_back(self._courses[0])
         for name, own in self._own.items():
             self.pointer(**own.read(), device=name)
+
+    def _take_back(self, course: Course, address: int | None = None) -> None:
+        for name in course.coupled:
+            self._servo.take_back(self.devices.index(name), address)
 
     # --- the course of a loop ------------------------------------------------------------------
 
@@ -319,6 +324,7 @@ class Realtime:
         poses = resting_poses(len(self.devices)) if course.rests else self._present_poses()
         width = course.model.row_width
         address = self._servo.prepare(course.instance, options, width, places, poses)
+        self._take_back(course, address)
         self._courses.append(course)
         try:
             at_rest = course.start()

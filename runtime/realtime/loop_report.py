@@ -60,8 +60,18 @@ class Report:
         Part of the force that is let through, 0 to 1: the ramp.
     limited, saturated, no_news
         Samples in which a limit acted, a motor was saturated, a device gave nothing new.
+    refused
+        Poses that were not finite, or that no hand can have; each ends the loop.
     worst_power
         Largest power into the hand, W.
+    fastest
+        Fastest motion of a device with motors, m/s.
+    given
+        Energy that the hands have received since the start, J; below 0 what they have given.
+    created, taken, owed
+        Energy that ramp and limits of the loop have created, since the force was not that of the
+        model; what of it was taken back; and what a hand has received of it since the force last
+        rose from zero, and not yet given back, J.
     zero_after
         Time from the instant of the failed sample to zero force, s; None without an end.
     fifo, locked
@@ -96,7 +106,13 @@ class Report:
     limited: int
     saturated: int
     no_news: int
+    refused: int
     worst_power: float
+    fastest: float
+    given: float
+    created: float
+    taken: float
+    owed: float
     zero_after: float | None
     fifo: bool | None
     locked: bool | None
@@ -136,7 +152,14 @@ class Report:
         yield f"real-time priority {granted[self.fifo]}, locked memory {granted[self.locked]}"
         if self.limited or self.saturated:
             yield f"force limited in {self.limited:,} samples, saturated in {self.saturated:,}"
-
+        if self.given or self.created:
+            yield (
+                f"energy: {1e3 * self.given:.4g} mJ into the hand; ramp and limits created "
+                f"{1e3 * self.created:.4g} mJ, {1e3 * self.taken:.4g} mJ taken back, "
+                f"{1e3 * self.owed:.4g} mJ owed"
+            )
+        if self.fastest or self.refused:
+            yield f"fastest motion {self.fastest:.3g} m/s, poses refused: {self.refused}"
         if self.lag is not None:
             yield f"largest lag measured: {self.lag:.3g} samples"
 
@@ -190,7 +213,13 @@ def report_of(
         limited=raw.limited,
         saturated=raw.saturated,
         no_news=raw.no_news,
+        refused=raw.refused,
         worst_power=raw.worst_power,
+        fastest=raw.fastest,
+        given=raw.given,
+        created=raw.created,
+        taken=raw.taken,
+        owed=raw.owed,
         zero_after=None if raw.zero_after < 0 else raw.zero_after,
         fifo=_granted(raw.fifo),
         locked=_granted(raw.locked),
@@ -229,6 +258,8 @@ def _problem(
             return device_failed(raw.time, [device], reason)
         case End.BAD_POSE:
             return messages.bad_pose(raw.time, device)
+        case End.JUMP:
+            return messages.implausible_pose(raw.time, device, reason)
         case End.STUCK:
             return messages.device_stuck(raw.time, device, options.stale)
         case End.LATE:

@@ -40,7 +40,7 @@ RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 27, 7
 POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
-_ABI = 4  # BGC_SERVO_ABI
+_ABI = 5  # BGC_SERVO_ABI
 _PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
@@ -69,6 +69,7 @@ class End(IntEnum):
     LATE = 7
     STALLED = 8
     NO_THREAD = 9
+    JUMP = 10
 
 
 class _ModelTable(Structure):
@@ -105,6 +106,9 @@ class OptionsStruct(Structure):
         ("stale", c_double),
         ("burst", c_double),
         ("watchdog", c_double),
+        ("max_speed", c_double),
+        ("max_turn_rate", c_double),
+        ("workspace_margin", c_double),
         ("records", c_int),
     ]
 
@@ -119,9 +123,12 @@ class TimesStruct(Structure):
 
 _COUNTERS = (
     *("samples", "missed", "overruns", "dropped", "skipped", "saturated", "limited", "no_news"),
-    *("lost_records", "exchanges", "late_poses"),
+    *("lost_records", "exchanges", "late_poses", "refused"),
 )
-_VALUES = ("time", "elapsed", "behind", "gain", "worst_power", "zero_after", "lag")
+_VALUES = (
+    *("time", "elapsed", "behind", "gain", "worst_power", "zero_after", "lag", "fastest"),
+    *("given", "created", "taken", "owed"),
+)
 
 
 class ReportStruct(Structure):
@@ -166,6 +173,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     ),
     "bgc_servo_open": (c_int, (c_void_p, c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_servo_seed": (None, (c_void_p, c_void_p)),
+    "bgc_servo_take_back": (None, (c_void_p, c_void_p, c_int)),
     "bgc_servo_capabilities": (POINTER(CapabilitiesStruct), (c_void_p, c_int)),
     "bgc_servo_handle": (c_void_p, (c_void_p, c_int)),
     "bgc_servo_loop": (None, (c_void_p,)),
@@ -266,6 +274,10 @@ class Servo:
     def seed(self, poses: Array) -> None:
         """Give the poses with which the first model starts, (devices, POSE_SIZE)."""
         self._functions.bgc_servo_seed(self._servo, poses.ctypes.data)
+
+    def take_back(self, index: int, course: int | None = None) -> None:
+        """Let the ledger of a device act; for the first course, or one that was prepared."""
+        self._functions.bgc_servo_take_back(self._servo, course, index)
 
     def capabilities(self, index: int) -> CapabilitiesStruct:
         """The capabilities of an open device."""

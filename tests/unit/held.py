@@ -84,8 +84,8 @@ def prepare(folder: Path) -> Path:
 class Bench:
     """A loop with the faulty device on the virtual clock."""
 
-    def __init__(self, model: Any, folder: Path) -> None:
-        self.model, self.device = model, str(folder / "faulty.so")
+    def __init__(self, model: Any, folder: Path, name: str = "hand") -> None:
+        self.model, self.device, self.name = model, str(folder / "faulty.so"), name
         self.library = ctypes.CDLL(self.device)
         self.clock = ClockStruct(
             ctypes.cast(self.library.virtual_now, NowFunction),
@@ -97,6 +97,7 @@ class Bench:
     def make(self, fault: str = "", duration: float = 1.0, **options: Any) -> Realtime:
         parameters = options.pop("parameters", None)
         record = options.pop("record", None)
+        keep = options.pop("keep", 60_000)
         since = options.pop("since", 0)  # ns, on the clock
         chosen = replace(RealtimeOptions(priority=False, ramp=0.0), **options)
         ctypes.c_void_p.in_dll(self.library, "virtual_watch").value = None
@@ -107,9 +108,10 @@ class Bench:
             method_of(self.model)[0],
             chosen,
             duration=duration,
-            devices={"hand": f"{self.device}({fault})"},
+            devices={self.name: f"{self.device}({fault})"},
             parameters=parameters,
             record=record,
+            keep=keep,
             clock=self.clock,
         )
         return self.loop

@@ -197,7 +197,7 @@ def test_a_device_that_is_absent(bench: Bench) -> None:
 
 
 def test_limits_of_force_rate_and_power(bench: Bench) -> None:
-    loop = bench.make(duration=0.25, max_force=4.0)
+    loop = bench.make(duration=0.25, max_force=4.0, max_force_rate=0.0)
     report = loop.run_here()
     size = np.linalg.norm(loop.forces()[:, :3], axis=1)
     free = np.hypot(wanted_force(loop.time), 1.0)
@@ -260,7 +260,8 @@ def test_a_model_takes_the_place_of_another_in_the_running_loop(
 ) -> None:
     other = bgc.compile(folder / "held.bg", scene="heavier")
     record = tmp_path / "motion.csv"
-    loop = bench.make(duration=1.0, ramp=0.1, record=record)
+    # The device moves in the time of the model, which begins again.
+    loop = bench.make(duration=1.0, ramp=0.1, record=record, max_speed=0.0, max_turn_rate=0.0)
     seen: list[tuple[tuple[str, ...], np.ndarray, np.ndarray]] = []
     loop._on_records = lambda _: seen.append((loop.columns, loop._records.copy(), loop.rows.copy()))
     bench.at(0.2995, lambda: loop.exchange(other, parameters={"limit": 20}))

@@ -276,7 +276,8 @@ def test_keys_exchange_the_scenes_of_the_command(
     record = str(tmp_path / "motion.csv")
     command = ["haptic", str(folder / "held.bg"), "--exchange", "heavier", "--exchange", "limit=11"]
     given = ["--ramp", "5 ms", "--watchdog", "0 s", "--record", record, "--time", "30 s"]
-    device = ["--device", f"hand={folder}/faulty.so"]
+    # The device moves in the time of the model, which begins again.
+    device = ["--device", f"hand={folder}/faulty.so", "--max-speed", "0", "--max-turn-rate", "0"]
     done = CliRunner().invoke(application, [*command, *given, *device])
     os.close(terminal)
     os.close(keys)

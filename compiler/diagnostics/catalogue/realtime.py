@@ -16,6 +16,13 @@ from bgc.diagnostics.source import Span
 )
 def bad_pose(time: float, device: str) -> None: ...
 @error(
+    "BG778: device `{device}` gave a pose that no hand can have at t = {time:.9g} s: {reason}; its "
+    "force is zero",
+    'check the device with its maker\'s tools; `--max-speed "10 m/s"`, `--max-turn-rate` and '
+    "`--workspace-margin` allow more",
+)
+def implausible_pose(time: float, device: str, reason: str) -> None: ...
+@error(
     "BG763: device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); its "
     "force is zero",
     'check the device and what sends its data; `--stale "0.5 s"` allows more time',

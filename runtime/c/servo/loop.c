@@ -90,14 +90,16 @@ static int count_deadline(bgc_servo *s, int is_missed) {
     return !(s->options.burst > 0.0 && s->misses > s->options.burst);
 }
 
-/* Seconds before the end of the duration at which the force begins to fall for lack of rate. */
+/* Seconds that the force needs to fall from its full size for lack of rate, beyond those of the ramp. */
 static double longest_slew(const bgc_servo *s) {
-    double force = 0.0;
+    double longest = 0.0;
 
-    for (int k = 0; k < s->ports && s->options.max_force_rate > 0.0; k++) {
-        force = fmax(force, bgc_stricter(s->options.max_force, s->port[k].can.max_force));
+    for (int k = 0; k < s->ports; k++) {
+        const double size = bgc_stricter(s->options.max_force, s->port[k].can.max_force);
+        const double rate = bgc_rate_of(&s->options, size);
+        longest = fmax(longest, rate > 0.0 ? size / rate : 0.0);
     }
-    return force > 0.0 ? force / s->options.max_force_rate : 0.0;
+    return longest > s->options.ramp ? longest - s->options.ramp + s->options.period : 0.0;
 }
 
 /* Where the force has to fall: before a normal end, and for a course that waits. */

@@ -57,26 +57,29 @@ static const char *reason_of(const bgc_port *port) {
     return port->driver->last_error != NULL ? port->driver->last_error(port->handle) : NULL;
 }
 
-/* Whether all numbers of a pose are finite; its quaternion becomes a unit one, of the two the one nearer to
- * that before. */
-static int make_valid(bgc_pose *pose, const bgc_pose *before) {
-    double values[BGC_POSE_SIZE], length = 0.0, sum = 0.0, dot = 0.0;
+/* Refuses a pose that is not finite, or that no hand can have: 0, with the reason noted. */
+static int judge_pose(bgc_servo *s, int device, bgc_pose *found, const bgc_pose *before, int64_t now) {
+    const bgc_port *port = &s->port[device];
+    const bgc_ledger *l = &port->ledger;
+    double elapsed = fmax(1e-9 * (double)(now - port->pose_at), s->options.period), speed;
+    char why[64];
 
-    memcpy(values, pose, sizeof values);
-    for (int k = 0; k < BGC_POSE_SIZE; k++) {
-        sum += 0.0 * values[k];
-    }
-    for (int k = 0; k < 4; k++) {
-        length += pose->orientation[k] * pose->orientation[k];
-        dot += pose->orientation[k] * before->orientation[k];
-    }
-    if (sum != 0.0 || !(length > 0.0) || !isfinite(length)) {
+    if (!bgc_make_valid(found, before)) {
+        bgc_servo_note(s, BGC_SERVO_BAD_POSE, device, NULL);
         return 0;
     }
-    length = sqrt(length);
-    length = fabs(length - 1.0) > 1e-12 ? length : 1.0;
-    for (int k = 0; k < 4; k++) {
-        pose->orientation[k] /= dot < 0.0 ? -length : length;
+    if (port->can.driven == 0) {
+        return 1;
+    }
+    /* Poses that a network has held up come together: the clock of the device tells them apart. */
+    elapsed = fmax(elapsed, fmin(found->stamp - l->pose.stamp, s->options.stale));
+    if (!bgc_is_plausible(&s->options, &port->can, found, l->begun ? &l->pose : NULL, elapsed, &speed, why,
+                          sizeof why)) {
+        bgc_servo_note(s, BGC_SERVO_JUMP, device, why);
+        return 0;
+    }
+    if (speed > bgc_servo_get(&s->fastest)) {
+        bgc_servo_set(&s->fastest, speed);
     }
     return 1;
 }
@@ -130,8 +133,8 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
         bgc_servo_note(s, BGC_SERVO_LOST, slot->port, reason_of(port));
         return BGC_DEVICE_LOST;
     }
-    if (!make_valid(&found, &slot->pose)) {
-        bgc_servo_note(s, BGC_SERVO_BAD_POSE, slot->port, NULL);
+    if (!judge_pose(s, slot->port, &found, &slot->pose, now)) {
+        bgc_servo_add(&s->refused, 1);
         return BGC_DEVICE_LOST;
     }
 
@@ -144,7 +147,8 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
             return BGC_DEVICE_LOST;
         }
     } else {
-        port->news_at = now;
+        port->news_at = port->pose_at = now;
+        bgc_ledger_read(&port->ledger, &found);
     }
     note_lag(s, slot->port, found.age);
     slot->pose = *pose = found;
@@ -176,6 +180,23 @@ static void follow_ramp(const bgc_course *c) {
     atomic_store_explicit(&s->released, !is_held, memory_order_relaxed);
 }
 
+/* The sums of the ledgers, for the report. */
+static void note_energy(bgc_servo *s) {
+    double given = 0.0, created = 0.0, taken = 0.0, owed = 0.0;
+
+    for (int k = 0; k < s->ports; k++) {
+        const bgc_ledger *l = &s->port[k].ledger;
+        given += l->given;
+        created += l->created;
+        taken += l->taken;
+        owed += bgc_ledger_due(l);
+    }
+    bgc_servo_set(&s->given, given);
+    bgc_servo_set(&s->created, created);
+    bgc_servo_set(&s->taken, taken);
+    bgc_servo_set(&s->owed, owed);
+}
+
 /* bgc_driver.write of a stand-in: the limited effort to the real device. Between samples, and in a
  * skipped one, the device keeps its effort. */
 static int slot_write(void *handle, double t, const bgc_effort *effort) {
@@ -184,7 +205,7 @@ static int slot_write(void *handle, double t, const bgc_effort *effort) {
     bgc_port *port = &s->port[slot->port];
     bgc_effort e = *effort;
     double gain, power = 0.0;
-    int answer;
+    int answer, is_free;
 
     (void)t;
     if (!slot->course->sampling || s->skipping || s->cause != BGC_SERVO_RUNNING) {
@@ -198,12 +219,11 @@ static int slot_write(void *handle, double t, const bgc_effort *effort) {
     gain = atomic_load_explicit(&s->gain, memory_order_relaxed);
 
     /* Without the dead man's button the limit of the rate does not hold the force. */
-    if (gain > 0.0 || !atomic_load_explicit(&s->released, memory_order_relaxed)) {
-        bgc_servo_add(&s->limited, bgc_limit_effort(&s->options, &port->can, &slot->pose, &port->given,
-                                                    gain, &e, &power));
-    } else {
-        memset(&e, 0, sizeof e);
-    }
+    is_free = !(gain > 0.0) && atomic_load_explicit(&s->released, memory_order_relaxed);
+    port->ledger.brake = slot->takes_back ? bgc_bearable_brake(&port->can, s->options.period) : 0.0;
+    bgc_servo_add(&s->limited, bgc_limit_effort(&s->options, &port->can, &slot->pose, &port->given, gain,
+                                                is_free, &port->ledger, &e, &power));
+    note_energy(s);
     if (power > atomic_load_explicit(&s->worst_power, memory_order_relaxed)) {
         bgc_servo_set(&s->worst_power, power);
     }
@@ -227,6 +247,9 @@ static void *slot_open(const char *options, char *message, size_t size) {
 
 static void slot_close(void *handle) { (void)handle; }
 
+/* Why the loop ends; before it begins, why the start of the model fails. */
+static const char *slot_error(void *handle) { return ((const bgc_slot *)handle)->course->servo->message; }
+
 const bgc_driver bgc_servo_stand_in = {
     .abi = BGC_DEVICE_ABI,
     .name = "servo",
@@ -234,4 +257,5 @@ const bgc_driver bgc_servo_stand_in = {
     .read = slot_read,
     .write = slot_write,
     .close = slot_close,
+    .last_error = slot_error,
 };

@@ -8,9 +8,13 @@ bgc_servo_options bgc_servo_defaults(void) {
                                .duration = INFINITY,
                                .realtime = 1,
                                .spin = 150e-6,
+                               .max_force_rate = -1.0,
                                .ramp = 0.5,
                                .stale = 0.1,
                                .watchdog = 0.1,
+                               .max_speed = 5.0,
+                               .max_turn_rate = 60.0,
+                               .workspace_margin = 0.1,
                                .records = 16384};
 }
 
@@ -55,11 +59,16 @@ bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const c
         memset(&port->can, 0, sizeof port->can);
         driver->capabilities(port->handle, &port->can);
     }
+    port->ledger.resolution = port->can.resolution;
     return bgc_servo_attach(atomic_load(&s->course), k, k, message, size);
 }
 
 void bgc_servo_seed(bgc_servo *s, const double *pose) {
     bgc_servo_seed_course(atomic_load(&s->course), pose);
+}
+
+void bgc_servo_take_back(bgc_servo *s, bgc_course *course, int k) {
+    (course != NULL ? course : atomic_load(&s->course))->slot[k].takes_back = 1;
 }
 
 const bgc_capabilities *bgc_servo_capabilities(const bgc_servo *s, int k) {
@@ -109,6 +118,7 @@ void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *r) {
     r->lost_records = atomic_load(&s->lost_records);
     r->exchanges = atomic_load(&s->exchanges);
     r->late_poses = atomic_load(&s->late_poses);
+    r->refused = atomic_load(&s->refused);
     r->late_device = atomic_load(&s->late_device);
     r->lag = atomic_load(&s->lag);
     r->time = atomic_load(&s->time);
@@ -117,6 +127,11 @@ void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *r) {
     r->gain = atomic_load(&s->gain);
     r->worst_power = atomic_load(&s->worst_power);
     r->zero_after = atomic_load(&s->zero_after);
+    r->fastest = atomic_load(&s->fastest);
+    r->given = atomic_load(&s->given);
+    r->created = atomic_load(&s->created);
+    r->taken = atomic_load(&s->taken);
+    r->owed = atomic_load(&s->owed);
     r->released = atomic_load(&s->released);
     r->in_driver = atomic_load(&s->in_driver);
     r->lateness = bgc_times_of(&s->lateness);

@@ -18,7 +18,7 @@
 
 #include "bgc.h"
 
-#define BGC_SERVO_ABI 4
+#define BGC_SERVO_ABI 5
 
 /* Functions of the model's shared object. */
 typedef struct {
@@ -56,7 +56,7 @@ typedef struct {
     int realtime;         /* 1: SCHED_FIFO and locked memory are asked for */
     double spin;          /* s before each sample in which the loop spins in place of sleeping */
     double max_force, max_torque, max_gripper_force; /* N, N m, N; 0: that of the device */
-    double max_force_rate; /* N/s (torque: N m/s); 0: none */
+    double max_force_rate; /* N/s (torque: N m/s); 0: none; below 0: the full size in 5 ms */
     double max_power;     /* W into the hand; 0: none */
     double ramp;          /* s in which the force rises after a start, an enable or an exchange, and falls
                            * before a normal end and an exchange */
@@ -65,6 +65,8 @@ typedef struct {
     double burst;         /* missed deadlines, less a tenth of the kept ones, that end the loop; 0: never;
                            * below 0: 100 where a device has motors, else never */
     double watchdog;      /* s without a sample until the watchdog sets the force to zero; 0: none */
+    double max_speed, max_turn_rate; /* m/s, rad/s: of a device with motors; 0: any */
+    double workspace_margin; /* m: by which its position may leave the workspace that it states; 0: any */
     int records;          /* room of the ring */
 } bgc_servo_options;
 
@@ -79,7 +81,8 @@ typedef enum {
     BGC_SERVO_STUCK,     /* a device gave nothing new for `stale` seconds */
     BGC_SERVO_LATE,      /* a burst of missed deadlines */
     BGC_SERVO_STALLED,   /* no sample for `watchdog` seconds */
-    BGC_SERVO_NO_THREAD  /* the system gave no thread */
+    BGC_SERVO_NO_THREAD, /* the system gave no thread */
+    BGC_SERVO_JUMP       /* a device gave a pose that no hand can have: `message` */
 } bgc_servo_end;
 
 /* Quantiles of a time, s, from a histogram with 32 classes per octave: to 3 %. */
@@ -95,6 +98,7 @@ typedef struct {
     int64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news, lost_records;
     int64_t exchanges;   /* models that took the place of another one */
     int64_t late_poses;  /* measured with a larger lag than their device states */
+    int64_t refused;     /* poses that are not finite or not plausible */
     double time;         /* s, simulated, of the present model */
     double elapsed;      /* s of the clock since the first sample */
     double behind;       /* s by which simulated time has fallen behind the clock */
@@ -102,6 +106,9 @@ typedef struct {
     double worst_power;  /* W into the hand */
     double zero_after;   /* s from the instant of the fault's sample until zero force was written; -1: none */
     double lag;          /* samples: the largest that was measured; -1: no device measures it */
+    double fastest;      /* m/s: between two poses of a device with motors */
+    double given;        /* J: into the hands since the start; below 0: what they have given */
+    double created, taken, owed; /* J: by ramp and limits, taken back of it, and what a hand still has of it */
     int released;        /* 1: the dead man's button is not held */
     int in_driver;       /* 1: the watchdog found the loop in a call of a driver, and wrote nothing */
     int late_device;     /* that measured the largest lag above what it states, or -1 */
@@ -128,6 +135,9 @@ bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const c
 /* Before the first model is reset: the poses with which it starts, BGC_POSE_SIZE doubles for each device, in
  * place of those that the devices have. */
 void bgc_servo_seed(bgc_servo *s, const double *pose);
+/* Lets the loop take back from device k what its own ramp and limits create: where its force is that of a
+ * coupling. Of a prepared course, or of the first one (NULL). */
+void bgc_servo_take_back(bgc_servo *s, bgc_course *course, int k);
 const bgc_capabilities *bgc_servo_capabilities(const bgc_servo *s, int k);
 void *bgc_servo_handle(const bgc_servo *s, int k); /* that of the real driver */
 /* The loop: in this thread, or in one of its own with a watchdog beside it. */

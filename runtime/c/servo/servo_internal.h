@@ -9,6 +9,7 @@
 
 #include "histogram.h"
 #include "limits.h"
+#include "poses.h"
 #include "ring.h"
 #include "servo.h"
 
@@ -25,6 +26,8 @@ typedef struct {
     bgc_effort given;
     double time;     /* s: of the last sample */
     int64_t news_at; /* ns: when the device last gave something new; INT64_MAX before the loop begins */
+    int64_t pose_at; /* ns: when it gave the pose of the ledger */
+    bgc_ledger ledger;
 } bgc_port;
 
 /* The stand-in of a device in a model. */
@@ -32,6 +35,7 @@ typedef struct {
     bgc_course *course;
     int port;
     int is_read; /* the pose is one of the device */
+    int takes_back; /* the ledger of the device takes back */
     double time; /* s: of the last sample, as the model has it */
     bgc_pose pose;
     bgc_effort wanted; /* of the model */
@@ -83,9 +87,10 @@ struct bgc_servo {
     atomic_int owner, ended, stop_wanted, stalled, in_driver, released, fifo, locked, threads;
     atomic_int_fast64_t beat; /* ns: begin of the last sample */
     atomic_int_fast64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news;
-    atomic_int_fast64_t lost_records, exchanges, late_poses;
+    atomic_int_fast64_t lost_records, exchanges, late_poses, refused;
     atomic_int late_device;
     atomic_double time, elapsed, behind, gain, worst_power, zero_after, lag, excess;
+    atomic_double fastest, given, created, taken, owed;
     bgc_histogram lateness, jitter, work;
 };
 
@@ -97,6 +102,10 @@ static inline int64_t bgc_servo_now(const bgc_servo *s) { return s->clock.now(s-
 
 static inline void bgc_servo_add(atomic_int_fast64_t *counter, int64_t n) {
     atomic_fetch_add_explicit(counter, n, memory_order_relaxed);
+}
+
+static inline double bgc_servo_get(const atomic_double *value) {
+    return atomic_load_explicit(value, memory_order_relaxed);
 }
 
 static inline void bgc_servo_set(atomic_double *value, double to) {

@@ -1,6 +1,10 @@
 /* faulty.c: a driver that injects faults, and a clock that only moves when the loop or a fault moves it.
  *
- * Options: fault=KIND, from=TIME, to=TIME (s of simulated time), delay=TIME.
+ * Options: fault=KIND, from=TIME, to=TIME (s of simulated time), delay=TIME, size=LENGTH of a jump.
+ *
+ * With `fault=hand` it is no fault but a hand of 0.25 kg whose grip, a spring and a damper, follows a swing
+ * along x into positions above 0. It keeps its own account of the work that it receives, and lets go of
+ * button 2 for 0.3 s in every `letting` seconds.
  */
 #include "bgc_device.h"
 
@@ -14,15 +18,34 @@ int64_t virtual_time; /* ns */
 void (*virtual_watch)(void *servo);
 void *virtual_servo;
 void (*virtual_call)(void); /* called once, from within a read, at this time or after it */
-double virtual_call_at;     /* s of simulated time */
+double virtual_call_at;     /* s of simulated time, or of the hand */
 double faulty_force[3], faulty_zero_at; /* s: when zero force was written after another */
 int faulty_open, faulty_hold;
+double hand_work; /* J: that the hand has received */
 
 static struct {
     char kind[20];
-    double from, to, delay, time;
+    double from, to, delay, size, letting, time;
     int pending; /* the next sleep of the loop lasts longer */
 } fault;
+
+static struct {
+    double x, v, time;
+} hand;
+
+/* A millisecond of the hand, under the force that was written last. */
+static double move_hand(void) {
+    const double mass = 0.25, grip = 300.0, damping = 3.0, before = hand.x;
+
+    for (int k = 0; k < 20; k++) {
+        const double step = 5e-5, time = hand.time += step;
+        const double wanted = 0.02 * sin(6.283185307179586 * 1.07 * time) + 0.004 * sin(11.0 * time);
+        hand.v += step / mass * (faulty_force[0] + grip * (wanted - hand.x) - damping * hand.v);
+        hand.x += step * hand.v;
+    }
+    hand_work += faulty_force[0] * (hand.x - before);
+    return hand.x;
+}
 
 /* Time passes in steps of 0.1 ms, and the watchdog has its turn. */
 static void pass(double seconds) {
@@ -64,6 +87,10 @@ static void *faulty_open_device(const char *options, char *message, size_t size)
     fault.from = number(options, "from=", 0.1);
     fault.to = number(options, "to=", 1e9);
     fault.delay = number(options, "delay=", 0.0);
+    fault.size = number(options, "size=", 0.0);
+    fault.letting = number(options, "letting=", 0.0);
+    memset(&hand, 0, sizeof hand);
+    hand_work = 0.0;
     if (strcmp(fault.kind, "absent") == 0) {
         snprintf(message, size, "no device found");
         return NULL;
@@ -81,7 +108,8 @@ static int is(const char *kind) {
 static double number_of_lag(void) { return is("old") ? fault.delay : 0.0; }
 
 static int faulty_read(void *handle, double t, bgc_pose *pose) {
-    void (*const call)(void) = t >= virtual_call_at ? virtual_call : NULL;
+    const double own = strcmp(fault.kind, "hand") == 0 ? hand.time : t; /* goes on at an exchange */
+    void (*const call)(void) = own >= virtual_call_at ? virtual_call : NULL;
 
     (void)handle;
     fault.time = t;
@@ -112,6 +140,13 @@ static int faulty_read(void *handle, double t, bgc_pose *pose) {
     pose->stamp = is("stuck") ? fault.from : 1.0 + t;
     pose->age = 1e-3 * (1.0 + number_of_lag());
     pose->velocity[1] = is("nan") ? NAN : 0.0;
+    pose->position[2] = is("jump") ? fault.size : is("infinite") ? INFINITY : 0.0;
+    if (is("hand")) {
+        memcpy(pose->orientation, (const double[]){1.0, 0.0, 0.0, 0.0}, sizeof pose->orientation);
+        pose->position[0] = move_hand();
+        pose->velocity[0] = hand.v;
+        pose->buttons[1] = !(fault.letting > 0.0 && fmod(hand.time, fault.letting) > fault.letting - 0.3);
+    }
     return is("no_news") ? BGC_DEVICE_NO_NEWS : BGC_DEVICE_FINE;
 }
 
