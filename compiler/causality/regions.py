@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from typing import assert_never
+from typing import TypeAlias, assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets, groups_sharing
@@ -35,7 +35,7 @@ from bgc.record_class import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Rows `upper - matrix * lower = 0` of a transformer.
+    """Rows `upper - matrix * lower = 0` of a transformer, or of a gyrator between two colours.
 
     `rows` are the indices of the rows, `upper` and `lower` the bonds, `inverse` the inverse of the
     whole matrix if it is known. `varies` if a matrix of several rows depends on more than
@@ -89,8 +89,12 @@ def junction_structure(graph: FlatGraph, cut: frozenset[int] = frozenset()) -> S
                     rows.append(Row(index, ends))
                 elif index in cut:
                     closing.extend(_equal_rows(graph.dag, index, element.ports))
-            case Transformer():
-                parts = _transformer_parts(graph.dag, element, dual)
+            case Transformer() | Gyrator():
+                if isinstance(element, Gyrator):
+                    parts, resistive = _gyrator_parts(graph.dag, index, element, dual)
+                    ports.extend(resistive)
+                else:
+                    parts = _transformer_parts(graph.dag, element, dual)
                 excess = sum(len(upper) - len(lower) for upper, lower, _, _ in parts)
                 for upper, lower, matrix, inverse in parts:
                     block = Block(
@@ -104,10 +108,6 @@ def junction_structure(graph: FlatGraph, cut: frozenset[int] = frozenset()) -> S
                     )
                     blocks.append(block)
                     rows.extend(_linear_rows(graph.dag, index, upper, lower, matrix))
-            case Gyrator():
-                for block_rows, resistive in _gyrator_blocks(graph.dag, index, element, dual):
-                    rows.extend(block_rows)
-                    ports.extend(resistive)
             case _:
                 ports.extend(
                     ElementPort(index, k, p.bond, p.sign, dual[p.bond], role)
@@ -290,14 +290,16 @@ def _linear_rows(
     )
 
 
-def _transformer_parts(
-    dag: Dag, tf: Transformer, dual: Sequence[bool]
-) -> list[tuple[list[Port], list[Port], Matrix, Matrix | None]]:
-    """The independent blocks of a transformer: upper and lower ports, matrix, known inverse."""
+_Part: TypeAlias = tuple[list[Port], list[Port], Matrix, Matrix | None]
+"""Upper ports, lower ports, the matrix that gives upper through variables, its known inverse."""
+
+
+def _transformer_parts(dag: Dag, tf: Transformer, dual: Sequence[bool]) -> list[_Part]:
+    """The independent blocks of a transformer."""
     over, under = tf.ports2, tf.ports1
     if tf.given in ("f1", "e2"):
         over, under = under, over
-    found = []
+    found: list[_Part] = []
     for rows, columns in connected_blocks(dag, tf.matrix):
         matrix = tuple(tuple(tf.matrix[i][j] for j in columns) for i in rows)
         upper, lower = [over[i] for i in rows], [under[j] for j in columns]
@@ -321,11 +323,12 @@ def _transposed(matrix: Matrix, width: int) -> Matrix:
     return transpose(matrix) if matrix else ((),) * width
 
 
-def _gyrator_blocks(
+def _gyrator_parts(
     dag: Dag, index: int, gyrator: Gyrator, dual: Sequence[bool]
-) -> list[tuple[tuple[Row, ...], list[ElementPort]]]:
-    """For each block its rows if it joins two colours, else its resistive ports."""
-    blocks: list[tuple[tuple[Row, ...], list[ElementPort]]] = []
+) -> tuple[list[_Part], list[ElementPort]]:
+    """The independent blocks that join two colours, and the resistive ports of the others."""
+    parts: list[_Part] = []
+    resistive: list[ElementPort] = []
     first, second = gyrator.ports1, gyrator.ports2
     for rows, columns in connected_blocks(dag, gyrator.matrix):
         matrix = tuple(tuple(gyrator.matrix[i][j] for j in columns) for i in rows)
@@ -333,17 +336,13 @@ def _gyrator_blocks(
         dual1 = dual[side1[0].bond] if side1 else not dual[side2[0].bond]
         dual2 = dual[side2[0].bond] if side2 else not dual1
         if dual1 == dual2:
-            resistive = [
+            places = [*columns, *(len(first) + i for i in rows)]
+            resistive += (
                 ElementPort(index, k, p.bond, p.sign, dual1, Role.RESISTANCE)
-                for k, p in (
-                    *((j, first[j]) for j in columns),
-                    *((len(first) + i, second[i]) for i in rows),
-                )
-            ]
-            blocks.append(((), resistive))
+                for k, p in zip(places, (*side1, *side2), strict=True)
+            )
         elif dual2:  # e2 = r f1
-            blocks.append((_linear_rows(dag, index, side2, side1, matrix), []))
+            parts.append((side2, side1, matrix, None))
         else:  # e1 = r' f2
-            turned = _transposed(matrix, len(columns))
-            blocks.append((_linear_rows(dag, index, side1, side2, turned), []))
-    return blocks
+            parts.append((side1, side2, _transposed(matrix, len(columns)), None))
+    return parts, resistive

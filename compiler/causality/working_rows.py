@@ -9,10 +9,10 @@ from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.certificates import Certifier, Size
 from bgc.causality.regions import Block, Structure
-from bgc.causality.rotations import known_inverse
+from bgc.causality.rotations import Inverse, known_inverse
 from bgc.causality.sizes import typical_sizes
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
-from bgc.ir.graph import Matrix, Node
+from bgc.ir.graph import Node
 from bgc.record_class import dataclass
 
 _LEVELS = {
@@ -205,20 +205,23 @@ class WorkingRows:
         unknown, or if the rows can then not be solved for classes below a level.
         """
         rows = [row for row in block.rows if row in self.open]
-        weights = self._inverse_of(block, rows)
-        if weights is None:
+        inverse = self._inverse_of(block, rows)
+        if inverse is None:
             return None
-        inverted = [
+        weights = [list(map(self._dag.neg, line)) for line in inverse.matrix]
+        solved = [
             self._combined((self._forms[row], w) for row, w in zip(rows, line, strict=True))
             for line in weights
         ]
-        if not self._has_pivots([form.entries for form in inverted], below):
+        if not self._has_pivots([form.entries for form in solved], below):
             return None
         raw = [self._combined_row([self._rows[row] for row in rows], w) for w in weights]
-        for row, line, form in zip(rows, raw, inverted, strict=True):
+        for row, line, form in zip(rows, raw, solved, strict=True):
             self._rows[row] = line
             self._set_form(row, form)
-        return {number for form in inverted for number in form.entries}
+        certificates = map(self._certifier.certify, inverse.divisors)
+        self._watched += [(node, rows[0]) for c in certificates if c for node in c.watched]
+        return {number for form in solved for number in form.entries}
 
     def has_pivots(self, rows: Iterable[int], below: int) -> bool:
         """Test whether rows can be solved, one after the other, for classes below a level."""
@@ -274,7 +277,7 @@ class WorkingRows:
         for number in form.entries:
             self._where[number].add(row)
 
-    def _inverse_of(self, block: Block, rows: Sequence[int]) -> Matrix | None:
+    def _inverse_of(self, block: Block, rows: Sequence[int]) -> Inverse | None:
         """The factor that solves the open rows of a block for its lower bonds; None if unknown.
 
         Lower bonds that earlier rows were solved for are left out.
@@ -284,12 +287,13 @@ class WorkingRows:
         positions = [block.rows.index(row) for row in rows]
         if not rows or len(columns) != len(rows):
             return None
+        if block.inverse and len(rows) == len(block.rows):
+            return Inverse(block.inverse)
         part = tuple(tuple(block.matrix[i][j] for j in columns) for i in positions)
-        whole = block.inverse if len(rows) == len(block.rows) else None
-        inverse = whole or known_inverse(self._dag, self._fingerprints, part)
-        if inverse is None:
+        inverse = known_inverse(self._dag, self._fingerprints, part)
+        if inverse is None or any(map(self._certifier.may_vanish, inverse.divisors)):
             return None
-        return tuple(tuple(map(self._dag.neg, line)) for line in inverse)
+        return inverse
 
     def _combined_row(self, rows: Sequence[Row], weights: Sequence[Node]) -> Row:
         """A weighted sum of rows of one element, in terms of bonds."""

@@ -48,7 +48,7 @@ def _joint(g: GraphBuilder, k: int, angle: Node, *, rigid: bool, reverse: bool) 
     if reverse:
         back = known_inverse(dag, Fingerprints(dag), carry)
         assert back is not None
-        carry = back
+        carry = back.matrix
     g.transformer(f"carry{k}", carry)
     sides = [[f"body{k}.{i}" for i in range(3)], [f"gap{k}.{i}" for i in range(3)]]
     for i in range(3):

@@ -116,22 +116,36 @@ def test_a_rigid_chain_may_close_on_inertias_only(moved: str) -> None:
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
+    """So may a multiple of one, whose factor is watched where it is divided by."""
     g = GraphBuilder()
-    angle = g.state("theta", 0)
-    s, c = g.dag.call(Op.SIN, angle), g.dag.call(Op.COS, angle)
-    rotation = ((c, g.dag.neg(s)), (s, c))
+    angle, flux = g.state("theta", 0), g.param("flux", 0.2)
+    s, c = (g.dag.mul(flux, g.dag.call(op, angle)) for op in (Op.SIN, Op.COS))
     for k in (1, 2):
         g.source("Sf", f"held{k}", g.node(1))
         g.resistor(f"load{k}", 1)
     g.derivative(angle, g.node(1))
-    g.transformer("turn", rotation)
+    g.transformer("turn", ((c, g.dag.neg(s)), (s, c)))
     near, far = ("held", "load") if reverse else ("load", "held")
     for k in (1, 2):
         g.bond("turn", f"{far}{k}")
         g.bond(f"{near}{k}", "turn")
     causal = causal_of(g.build())
     assert {b.kind for b in causal.basis} == {BasisKind.FLOW_SOURCE}
-    assert causal.positive == ()
+    assert [p.node for p in causal.positive] == [flux] * (not reverse)
+
+
+def test_a_gyrator_that_turns_holds_the_flows_before_it() -> None:
+    """With no effort behind a rotation there is no flow before it, whatever its angle."""
+    g = GraphBuilder()
+    angle, flux = g.state("theta", 0), g.param("flux", 3e8)
+    s, c = (g.dag.mul(flux, g.dag.call(op, angle)) for op in (Op.SIN, Op.COS))
+    g.draw("body1, body2 : I(1); free1, free2, moved1, moved2 : J1")
+    g.gyrator("turn", ((c, g.dag.neg(s)), (s, c)))
+    g.derivative(angle, g.node(1))
+    g.draw("moved1 -> body1, turn; moved2 -> body2, turn; turn -> free1; turn -> free2")
+    causal = causal_of(g.build())
+    assert [p.node for p in causal.positive] == [flux]
+    assert {b.kind for b in causal.basis} <= {BasisKind.INDETERMINATE}
 
 
 def test_parallel_bonds_are_warned_of() -> None:

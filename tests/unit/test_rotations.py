@@ -7,7 +7,7 @@ import pytest
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.linalg import multiply, transpose
-from bgc.causality.rotations import known_inverse
+from bgc.causality.rotations import Inverse, known_inverse
 from bgc.ir.graph import Matrix
 
 
@@ -22,16 +22,16 @@ def rotation(dag: Dag) -> Matrix:
     return ((c, dag.neg(s)), (s, c))
 
 
-def assert_inverse(dag: Dag, matrix: Matrix, inverse: Matrix | None) -> None:
+def assert_inverse(dag: Dag, matrix: Matrix, inverse: Inverse | None) -> None:
     assert inverse is not None
     prints = Fingerprints(dag)
-    for i, row in enumerate(multiply(dag, matrix, inverse)):
+    for i, row in enumerate(multiply(dag, matrix, inverse.matrix)):
         assert [prints.constant(node) for node in row] == [int(i == j) for j in range(len(row))]
 
 
 def test_the_inverse_of_a_rotation_is_its_transpose(dag: Dag) -> None:
     matrix = rotation(dag)
-    assert known_inverse(dag, Fingerprints(dag), matrix) == transpose(matrix)
+    assert known_inverse(dag, Fingerprints(dag), matrix) == Inverse(transpose(matrix))
 
 
 def test_a_constant_determinant_is_enough(dag: Dag) -> None:
@@ -50,6 +50,30 @@ def test_blocks_are_inverted_one_by_one(dag: Dag) -> None:
     assert_inverse(
         dag, transpose(carried), known_inverse(dag, Fingerprints(dag), transpose(carried))
     )
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_a_multiple_of_a_rotation_is_divided_by_its_factor(dag: Dag, size: int) -> None:
+    factor = dag.symbol(Kind.PARAM, 0)
+    for scale in (factor, dag.const(220_000_000), dag.call(Op.EXP, dag.const(1))):
+        turned = [[dag.mul(scale, node) for node in row] for row in rotation(dag)]
+        if size == 3:
+            turned = [[scale, dag.zero, dag.zero], *([dag.zero, *row] for row in turned)]
+        matrix = tuple(map(tuple, turned))
+        inverse = known_inverse(dag, Fingerprints(dag), matrix)
+        assert_inverse(dag, matrix, inverse)
+        assert inverse is not None and inverse.divisors == (scale,)
+
+
+def test_blocks_may_have_factors_of_their_own(dag: Dag) -> None:
+    (a, b), (c, d) = rotation(dag)
+    one, two = dag.symbol(Kind.PARAM, 0), dag.symbol(Kind.PARAM, 1)
+    x, zero = dag.symbol(Kind.STATE, 1), dag.zero
+    first = [[dag.mul(one, node) for node in row] for row in ((a, b), (c, d))]
+    matrix = ((*first[0], x), (*first[1], x), (zero, zero, two))
+    inverse = known_inverse(dag, Fingerprints(dag), matrix)
+    assert_inverse(dag, matrix, inverse)
+    assert inverse is not None and inverse.divisors == (one, two)
 
 
 def test_what_may_vanish_is_not_inverted(dag: Dag) -> None:
