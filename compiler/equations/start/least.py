@@ -1,17 +1,21 @@
 """The least change of the free states of a start that satisfies conditions, in numbers.
 
 Each step solves the conditions linearised at the present point, with the least change from the
-start (sequential quadratic programming with a fixed diagonal metric):
+start (sequential quadratic programming with a diagonal metric):
 
-    [D A'; A 0] [dy; l] = [D (y0 - y); -F],    D = 1/scale^2 of a free state, 0 of a loop's unknown.
+    [D A'; A 0] [dy; l] = [D (y0 - y); -F],    D = 1/size^2 of a free state, 0 of a loop's unknown.
+
+The sizes equilibrate A: a merged momentum or an unknown of a loop has no certain scale, and may be
+twelve orders beside the others.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from operator import mul
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.dense import solve_dense
@@ -25,6 +29,7 @@ _CONVERGED = 1e-11  # the last change, relative to the unknowns
 _SATISFIED = 1e-10  # conditions, relative to their terms
 _LEAST_DAMPING = 1e-6
 _SCALE_PART = 1e-6  # part of an unknown's scale
+_SCALINGS = 4  # of rows and columns by turns
 
 
 class LeastChange:
@@ -92,7 +97,8 @@ class LeastChange:
     ) -> list[float] | None:
         """The multipliers l with which `A' l` comes nearest to the slopes."""
         target = self.values(slopes, at)
-        solved = self._step(self._slopes_at(residuals, at), target, [0.0] * len(residuals))
+        table = self._slopes_at(residuals, at)
+        solved = self._step(table, target, [0.0] * len(residuals), *self._scaling(table))
         return None if solved is None else solved[1]
 
     # --- iteration ----------------------------------------------------------------------------
@@ -101,8 +107,11 @@ class LeastChange:
         y = list(point)
         for _ in range(_ITERATIONS):
             missed, slopes = self.values(residuals, y), self._slopes_at(residuals, y)
-            pull = [self._weight(j) * (self._start[j] - y[j]) for j in range(len(y))]
-            solved = self._step(slopes, pull, [-x for x in missed])
+            units, lengths = self._scaling(slopes)
+            pull = [0.0] * len(y)
+            for j in range(self._free):
+                pull[j] = (self._start[j] - y[j]) / units[j] ** 2
+            solved = self._step(slopes, pull, [-x for x in missed], units, lengths)
             if solved is None:
                 return None
             change = solved[0]
@@ -134,13 +143,17 @@ class LeastChange:
         return None
 
     def _step(
-        self, slopes: Sequence[Sequence[float]], pull: Sequence[float], right: Sequence[float]
+        self,
+        slopes: Sequence[Sequence[float]],
+        pull: Sequence[float],
+        right: Sequence[float],
+        sizes: Sequence[float],
+        lengths: Sequence[float],
     ) -> tuple[list[float], list[float]] | None:
         """The change of the unknowns and the multipliers: the linear system of a step."""
-        count, more, sizes = len(self._start), len(slopes), self._sizes
-        scaled = [[a * s for a, s in zip(row, sizes, strict=True)] for row in slopes]
-        lengths = [max(map(abs, row), default=0.0) or 1.0 for row in scaled]
-        scaled = [[a / x for a in row] for row, x in zip(scaled, lengths, strict=True)]
+        count, more = len(self._start), len(slopes)
+        pairs = zip(slopes, lengths, strict=True)
+        scaled = [[a * s / x for a, s in zip(row, sizes, strict=True)] for row, x in pairs]
         table = [
             [float(i == j < self._free) for j in range(count)] + [row[i] for row in scaled]
             for i in range(count)
@@ -154,8 +167,19 @@ class LeastChange:
         change = [a * s for a, s in zip(solved, sizes, strict=False)]
         return change, [a / x for a, x in zip(solved[count:], lengths, strict=True)]
 
-    def _weight(self, j: int) -> float:
-        return 1.0 / self._sizes[j] ** 2 if j < self._free else 0.0
+    def _scaling(self, slopes: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+        """The sizes of unknowns and the lengths of rows with which no entry is larger than 1.
+
+        Each row and each column of the scaled table has an entry near 1, if it has any.
+        """
+        sizes = self._sizes
+        for _ in range(_SCALINGS):
+            lengths = [_largest(map(mul, row, sizes)) or 1.0 for row in slopes]
+            columns = zip(
+                *([a / x for a in row] for row, x in zip(slopes, lengths, strict=True)), strict=True
+            )
+            sizes = [1.0 / largest if (largest := _largest(c)) else 1.0 for c in columns] or sizes
+        return sizes, lengths
 
     def _size(self, row: Sequence[float], y: Sequence[float]) -> float:
         """The size of a residual's terms."""
@@ -207,6 +231,10 @@ class LeastChange:
             if found is not None:
                 return [*point[: self._free], *found]
         return self._start
+
+
+def _largest(entries: Iterable[float]) -> float:
+    return max(map(abs, entries), default=0.0)
 
 
 def _norm(residuals: Sequence[float], sizes: Sequence[float]) -> float:
