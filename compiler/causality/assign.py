@@ -42,7 +42,7 @@ from bgc.ir.causal import (
 )
 from bgc.ir.graph import FlatGraph, Junction, Node, Source
 from bgc.ir.program import PositiveParameter
-from bgc.record_class import dataclass
+from bgc.record_class import dataclass, replace
 
 _ROUNDING = 1e-6  # of the largest coefficient of a row: less is zero, but for data in seven digits
 
@@ -53,7 +53,8 @@ class _Way:
 
     The rows of the junctions `cut` close chains. The classes `carrying` stay independent where
     possible, and those in `following` follow from the rows that close chains
-    (`elimination.eliminate`). With `ranged`, moduli that vary within a range without zero are
+    (`elimination.eliminate`). With `whole`, transformers and gyrators are solved whole, one after
+    the other. With `ranged`, moduli that vary within a range without zero are
     divisors too, where no other is left. The junctions `weak` are cut if what rounded data leave of
     zero would be a divisor otherwise.
     """
@@ -63,29 +64,31 @@ class _Way:
     carrying: frozenset[int] = frozenset()
     following: frozenset[int] = frozenset()
     ranged: bool = False
+    whole: bool = False
 
 
 def assign(
-    graph: FlatGraph, *, ranged: bool = False, opened: bool = False
+    graph: FlatGraph, *, ranged: bool = False, opened: bool = False, whole: bool = False
 ) -> CausalGraph | Refused:
     """Find the independent flows of a graph and everything that follows from them.
 
     Guarantees that N satisfies every row (proven at random points), and that every divisor is a
     nonzero number or a parameter listed in `positive`. Does not derive equations, and does not use
     the laws of elements. With `ranged`, moduli that vary within a range without zero are divisors
-    too, where no other is left. With `opened`, the rows of the parts that close chains (`Weld`) are
-    left out of the elimination, so that the coordinates of an open tree are independent; without
-    it that is done where the graph is refused otherwise. A graph is refused if sources contradict
+    too, where no other is left. With `whole`, transformers and gyrators are solved whole, one after
+    the other. With `opened`, the rows of the parts that close chains (`Weld`) are left out of the
+    elimination, so that the coordinates of an open tree are independent; without it that is done
+    where the graph is refused otherwise. A graph is refused if sources contradict
     each other, or if rigid connections form a closed chain.
     """
-    cut = _closing_junctions(graph)
+    cut, way = _closing_junctions(graph), _Way(ranged=ranged, whole=whole)
     if not (opened and cut):
-        found = _assigned(graph, _Way(weak=cut, ranged=ranged))
+        found = _assigned(graph, replace(way, weak=cut))
         if isinstance(found, CausalGraph):
-            return found if ranged else _sparing(graph, found)
+            return found if ranged or whole else _sparing(graph, found)
         if not cut:
             return found
-    return _assigned(graph, _Way(cut, ranged=ranged))
+    return _assigned(graph, replace(way, cut=cut))
 
 
 def may_be_opened(causal: CausalGraph) -> bool:
@@ -151,10 +154,16 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     if errors:
         return Refused(BgError(errors))
     elimination = eliminate(
-        graph.dag, fingerprints, certifier, structure, way.carrying, way.following
+        graph.dag,
+        fingerprints,
+        certifier,
+        structure,
+        way.carrying,
+        way.following,
+        whole=way.whole,
     )
     if way.weak and elimination.unsolved and elimination.weakest < _ROUNDING:
-        return _assigned(graph, _Way(cut=way.weak, ranged=way.ranged))
+        return _assigned(graph, replace(way, cut=way.weak, weak=frozenset()))
     warnings, closures, errors = judge_remaining(graph, structure, certifier, elimination, way.cut)
     if errors:
         return Refused(BgError(errors))
@@ -181,7 +190,7 @@ def _assigned(graph: FlatGraph, way: _Way) -> CausalGraph | Refused:
     still = [c for c in closures if not moves_inertias_only(structure, rows[c.row], basis, flows)]
     if still and way.cut and not way.following:
         following = without_inertia(structure, [rows[c.row] for c in still], basis, flows)
-        return _assigned(graph, _Way(way.cut, following=following, ranged=way.ranged))
+        return _assigned(graph, replace(way, following=following))
     errors = without_any_inertia(graph, structure, rows, still, basis, flows)
     if errors:
         return Refused(BgError(errors))

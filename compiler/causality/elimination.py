@@ -49,14 +49,21 @@ def eliminate(
     structure: Structure,
     carrying: Collection[int] = (),
     following: Collection[int] = (),
+    *,
+    whole: bool = False,
 ) -> Elimination:
     """Solve the rows for as many classes as certified pivots allow, in the order above.
+
+    With `whole` they are solved in the order of `sequential`.
 
     Classes without an element that are in `carrying` are kept independent where a compliance or a
     resistance can depend on them. Where some independent ones are in `following`, the closing rows
     are taken in last, and solved for these.
     """
-    rows = _best(dag, fingerprints, certifier, structure, carrying)
+    if whole:
+        rows = eliminate_in_sequence(dag, fingerprints, certifier, structure)
+    else:
+        rows = _best(dag, fingerprints, certifier, structure, carrying)
     if following:
         rows.close(structure.closing, following)
     return rows.result()

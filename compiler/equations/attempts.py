@@ -6,8 +6,10 @@ leaves the mass without a state, and its value then depends on the rate of the m
 gives (BG521). As a resistance it leaves the mass its state, and the value is solved for the effort.
 
 Moduli that vary within a range without zero (`2 + sin(angle)`) are divisors where no other is left.
+Transformers and gyrators that are solved whole keep the coordinates of storage behind them, which
+the order of single rows may mix with moduli that vanish.
 
-Both are tried where the plain choice fails, so that the equations of all other models stay as
+These are tried where the plain choice fails, so that the equations of all other models stay as
 they are. If these fail too, the error is that of the first choice with independent flows, unless
 only initial values are at fault.
 
@@ -23,9 +25,7 @@ from collections.abc import Collection, Iterator
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.assign import assign, may_be_opened
-from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError, Fault, Refused
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import CausalGraph
@@ -49,8 +49,8 @@ def derive(graph: FlatGraph) -> Derived | Refused:
     """
     first: Refused | None = None
     found: Derived | None = None
-    for choice, ranged in _choices(graph):
-        causal = assign(choice, ranged=ranged)
+    for choice, ranged, whole in _choices(graph):
+        causal = assign(choice, ranged=ranged, whole=whole)
         if isinstance(causal, Refused):
             first = first or causal
             continue
@@ -81,27 +81,28 @@ def _attempted(causal: CausalGraph) -> Program | Refused:
         return Refused(err)
 
 
-def _choices(graph: FlatGraph) -> Iterator[tuple[FlatGraph, bool]]:
-    """Graphs whose sources may be resistances, each with whether divisors may vary in a range.
+def _choices(graph: FlatGraph) -> Iterator[tuple[FlatGraph, bool, bool]]:
+    """Graphs whose sources may be resistances, each with the arguments `ranged` and `whole`.
 
     First no source is a resistance, then the likely ones, then all that may be; then the same with
-    such divisors.
+    divisors that vary in a range, and with transformers solved whole.
     """
     graphs = [graph]
     for sources in (_reading_their_own_bond(graph), _reading_an_answer(graph)):
         if sources:
             graphs.append(_with_followers(graphs[-1], sources))
-    for ranged in (False, True):
-        if not ranged or _has_ranged_modulus(graph):
-            yield from ((choice, ranged) for choice in graphs)
+    ways = [(False, False)]
+    if _has_varying_modulus(graph):
+        ways += [(True, False), (False, True)]
+    for ranged, whole in ways:
+        yield from ((choice, ranged, whole) for choice in graphs)
 
 
-def _has_ranged_modulus(graph: FlatGraph) -> bool:
-    """Return whether a modulus varies within a range that is proven to exclude zero."""
-    dag = graph.dag
-    certifier = Certifier(dag, Fingerprints(dag), graph.parameters, ranged=True)
+def _has_varying_modulus(graph: FlatGraph) -> bool:
+    """Return whether a modulus varies: alone or with others it may keep off zero."""
+    level = graph.dag.level
     return any(
-        dag.level[node] > Level.PARAM and certifier.certify(node) is not None
+        level[node] > Level.PARAM
         for element in graph.elements
         if isinstance(element, Transformer | Gyrator)
         for row in element.matrix

@@ -38,6 +38,8 @@ from program_variants import slice_and_whole
 from raw_equations import raw_equations
 
 import bgc
+from bgc.driver import compile_scene
+from bgc.options import Options
 
 pytestmark = pytest.mark.slow
 SAMPLED = 200039  # a seed with a sampled part and a switch at an instant of it
@@ -58,6 +60,14 @@ def test_a_program_agrees_with_the_reference_and_with_its_variants(
 def test_a_run_satisfies_all_equations(seed: int, tmp_path: Path) -> None:
     kind, about = by_equations(draw_program(seed), tmp_path, variants=0)
     assert (kind, about) == ("agrees", about)
+
+
+@pytest.mark.parametrize("seed", [101399, 102252, 102488, 103368, 103570, 103700, 103833, 103924])
+def test_a_program_that_was_refused_has_equations(seed: int, tmp_path: Path) -> None:
+    """Gyrators that turn, moduli that only together keep off zero, wide laws that start jointly."""
+    path = tmp_path / "program.bg"
+    path.write_text(write(draw_program(seed)), encoding="utf-8")
+    compile_scene(path, Options(), until="equations")
 
 
 def test_a_run_with_defaults_leaves_the_root_that_it_starts_at(tmp_path: Path) -> None:
