@@ -5,35 +5,33 @@
  *
  *   e_new = R(h J) e + l.
  *
- * R is a sum of powers of S = (M - J/c)^-1 M with the factors of W = c M - J that the step has used: of four, to order
- * 3 and L-stable for gamma = 1/(c h) from 0.2236 to 0.5728, or, where e changes slowly, of three, to order 2 and
- * L-stable from 0.18 to 1: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.6. The change of J over
- * the step is added to it, by a difference of f at the step's end; where it changes e by little it is left out until
- * the next measurement of l.
+ * R is a sum of four powers of S = (M - J/c)^-1 M with the factors of W = c M - J that the step has used, of order 3
+ * and L-stable for gamma = 1/(c h) from 0.2236 to 0.5728; about 0.4359 three are the same. For less gamma, oscillations
+ * that turn far in a step grow by four: there they have a part of three in them, which are of order 2 and L-stable from
+ * 0.18 to 1. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.6. The change of J over the step is
+ * added to it, by a difference of f at the step's end; where it changes e by little it is left out until the next
+ * measurement of l.
  * Explicit steps use three differences of f in a method of order 2 that keeps the amplitude of oscillations.
  * Where e points along the motion, the solution is late or early: that delay stays as it is in a model whose
  * f does not depend on time, however steep the motion becomes.
  *
- * At an event e jumps by the saltation matrix: S. Galan, W. Feehery, P. Barton, Applied Numerical Mathematics
- * 31 (1999) 17. Global errors: J. Lang, J. Verwer, SIAM J. Sci. Comput. 29 (2007) 1460.
+ * Events: error_events.c. Global errors: J. Lang, J. Verwer, SIAM J. Sci. Comput. 29 (2007) 1460.
  */
 #include "global_error.h"
 #include "integrator.h"
-#include "interpolation.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { MOST_POWERS = 4, LEAST_POWERS = 3 };    /* of S, */
-static const double three_suffice = 0.4;       /* gamma from which on: at 0.4359 they have order 3 */
-static const double slow_error = 0.3;          /* |h J e| / |e| up to which three serve at any */
+static const double three_from = 0.4, three_to = 0.46; /* gamma between which these suffice */
 static const double stable_gamma = 0.2236;     /* below which four have this part of three in them, so that */
-static const double low_order_part = 0.25;     /* |R(i y)| <= 1 from 0.21 on */
+static const double low_order_part = 0.25;     /* |R(i y)| <= 1 from 0.21 on, */
+static const double far_turn = 2.0;            /* where |h J e| / |e| is more than this */
 static const double same_gamma = 1e-9;         /* relative difference of gamma, from rounding */
 static const double beside_delay = 1e-2;       /* part of |e|^2 that may be left beside a delay */
 static const double bent_chord = 0.3;          /* deviation of a chord from the slopes at its ends, relative */
 static const double timed_slope = 1e-2;        /* part of the slope that may depend on time, squared */
-static const double near_edge = 1e-2;          /* of the way of an argument in a step */
 static const double short_delay = 1e-2;        /* of a step: by so much a difference may leave its time */
 static const double largest_turn = 1.7;       /* |h J| along e for the first of the two explicit formulas */
 static const double slight_change = 1e-3;      /* of J e: it is left out */
@@ -56,27 +54,17 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
     d->core.off_noted = d->core.t;
     d->core.off_delayed = d->core.off_bends = 0;
     d->core.off_gamma = 0.0;
-    d->core.off_slope = HUGE_VAL;
+    d->core.off_slope = 0.0;
     d->core.off_method = -1;
     bgc_forget_local_error(&d->core);
 }
 
 /* --- slopes along e, and powers of S ------------------------------------------------------------ */
 
-/* A factor by which a difference along v from y is neither lost in rounding nor nonlinear. */
-static double difference_shift(const bgc_model *m, const bgc_data *d, const double *y, const double *v) {
-    double part = 0.0;
-
-    for (int i = 0; i < m->n_state; i++) {
-        part = fmax(part, d->core.rtol * fabs(v[i]) / bgc_tolerance(d, i, fabs(y[i])));
-    }
-    return part > 1e-4 ? 1e-4 / part : part > 0.0 && part < 1e-8 ? 1e-8 / part : 1.0;
-}
-
 /* out = J v - delay df/dt at (t, y), where f is `f`, as a difference that leaves t by at most `most`. */
 static void differentiate_along_error(const bgc_model *m, bgc_data *d, double t, const double *y, const double *f,
                                       const double *v, double delay, double most, double *out) {
-    const double wanted = difference_shift(m, d, y, v);
+    const double wanted = bgc_error_shift(m, d, y, v);
     const double shift = wanted * fabs(delay) > most ? most / fabs(delay) : wanted;
 
     for (int i = 0; i < m->n_state; i++) {
@@ -108,20 +96,22 @@ static void match_exponential(int terms, double gamma, double *coefficient) {
     bgc_solve_dense(terms, a, pivot, coefficient);
 }
 
-/* The coefficients of R, kept while gamma and their number stay. */
+/* The coefficients of R, kept while gamma and the part of three powers stay. */
 static const double *powers_of_step(bgc_core *core, double gamma) {
-    const int powers = gamma < three_suffice && core->off_slope > slow_error ? MOST_POWERS : LEAST_POWERS;
+    const int powers = gamma > three_from && gamma < three_to ? LEAST_POWERS : MOST_POWERS;
+    const double part = gamma < stable_gamma && core->off_slope > far_turn ? low_order_part : 0.0;
     double lower[MOST_POWERS] = {0.0};
 
-    if (core->off_powers != powers || !(fabs(core->off_gamma - gamma) <= same_gamma * gamma)) {
+    if (core->off_part != part || !(fabs(core->off_gamma - gamma) <= same_gamma * gamma)) {
         match_exponential(powers, gamma, core->off_power);
-        if (powers == MOST_POWERS && gamma < stable_gamma) {
+        if (part > 0.0) {
             match_exponential(LEAST_POWERS, gamma, lower);
             for (int k = 0; k < MOST_POWERS; k++) {
-                core->off_power[k] += low_order_part * (lower[k] - core->off_power[k]);
+                core->off_power[k] += part * (lower[k] - core->off_power[k]);
             }
         }
         core->off_powers = powers;
+        core->off_part = part;
         core->off_gamma = gamma;
     }
     return core->off_power;
@@ -261,28 +251,6 @@ static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step
     }
 }
 
-/* Derivatives of the arguments of the switches along e to d->off_along, and along the motion to d->off_rate, before an
- * event at t; the motion to vector 10. */
-static void look_at_switches(const bgc_model *m, bgc_data *d, double t, double h) {
-    const double shift = difference_shift(m, d, d->next, d->off), back = 1e-6 * h;
-    double *present = d->off_argument, *motion = bgc_error_vector(m, d, 10);
-
-    m->switches(d->h, t, d->next, d->u, present, d->work);
-    for (int i = 0; i < m->n_state; i++) {
-        d->point[i] = d->next[i] + shift * d->off[i];
-    }
-    m->switches(d->h, t, d->point, d->u, d->off_along, d->work);
-    bgc_interpolate_all(m, d, t - back, motion);
-    m->switches(d->h, t - back, motion, d->u, d->off_rate, d->work);
-    for (int k = 0; k < m->n_switch; k++) {
-        d->off_along[k] = (d->off_along[k] - present[k]) / shift;
-        d->off_rate[k] = (present[k] - d->off_rate[k]) / back;
-    }
-    for (int i = 0; i < m->n_state; i++) {
-        motion[i] = (d->next[i] - motion[i]) / back;
-    }
-}
-
 /* Tests that the modes are those of the step: a law that is undefined beyond its switch releases them. */
 static int holds_modes(const bgc_model *m, const bgc_data *d) {
     return m->n_switch == 0 ||
@@ -362,87 +330,9 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
     }
     memcpy(d->off_at_end, d->off, (size_t)n * sizeof *d->off);
     if (core->event) {
-        look_at_switches(m, d, t, s.h);
+        bgc_look_at_switches(m, d, t, s.f_end);
     }
     core->counts = counts;
     core->watched = watched;
     core->pivoting = pivoting;
-}
-
-/* --- events ------------------------------------------------------------------------------------ */
-
-/* Tests that the motion of the last step has led switch k out of its mode. Where an input that jumps has done so, the
- * argument before it is not near the edge. */
-static int has_crossed(const bgc_model *m, const bgc_data *d, int k) {
-    const double before = d->u_step[m->n_input + k], way = d->off_rate[k] * (d->core.t - d->core.t_old);
-    const int left = !isnan(before) && (d->mode[k] != before || (m->n_jump > 0 && d->turned[k] != 0.0));
-
-    return left && fabs(d->off_argument[k]) < near_edge * fabs(way);
-}
-
-/* The time by which an event comes later in the exact solution: that of the switch that is moved most. */
-static double event_delay(const bgc_model *m, const bgc_data *d) {
-    double most = 0.0;
-
-    for (int k = 0; k < m->n_switch; k++) {
-        const double moved = -d->off_along[k] / d->off_rate[k];
-        if (fabs(moved) > fabs(most) && has_crossed(m, d, k)) {
-            most = moved;
-        }
-    }
-    return most;
-}
-
-/* Derivatives along v, the change of the states up to the jumps at the present, of the values that they give. */
-static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
-    const double shift = difference_shift(m, d, d->y1, v);
-
-    for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < m->n_state; i++) {
-            d->point[i] = d->next[i] + side * shift * v[i];
-        }
-        m->resets(d->h, d->core.t, d->point, d->u_step, side ? d->off_reset : d->reset_value, d->work);
-    }
-    for (int k = 0; k < m->n_jump; k++) {
-        for (int r = m->jump_first[k]; d->jumped_at[k] == d->core.t && r < m->jump_first[k + 1]; r++) {
-            v[m->reset_state[r]] = (d->off_reset[r] - d->reset_value[r]) / shift;
-        }
-    }
-}
-
-/* After an event, with the new modes: e+ = g_x (e- + f- dt) - f+ dt. d->next has the states before a jump. Where M
- * couples rates or has empty rows, the factors of the step stand for it. */
-void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method) {
-    const int n = m->n_state, implicit = method->family->jacobian;
-    const bgc_counts counts = d->core.counts;
-    const double dt = event_delay(m, d);
-    const double *f_before = bgc_error_vector(m, d, 8), *motion = bgc_error_vector(m, d, 10);
-    double *f_after = bgc_error_vector(m, d, 0), *v = bgc_error_vector(m, d, 1);
-    int jumped = 0;
-
-    for (int k = 0; k < m->n_jump; k++) {
-        jumped |= d->jumped_at[k] == d->core.t;
-    }
-    bgc_forget_local_error(&d->core);
-    m->rhs(d->h, d->core.t, d->x, d->u, f_after, d->work);
-    if (jumped || !implicit || m->n_mass == 0) {
-        for (int i = 0; i < n; i++) {
-            v[i] = d->off[i] + motion[i] * dt;
-        }
-        if (jumped) {
-            carry_through_resets(m, d, v);
-        }
-        for (int i = 0; i < n; i++) {
-            d->off[i] = v[i] - bgc_rate_of_state(d, f_after, i) * dt;
-        }
-        return;
-    }
-    for (int i = 0; i < n; i++) {
-        v[i] = (f_before[i] - f_after[i]) * dt;
-    }
-    bgc_solve_for_error(m, d, v);
-    for (int i = 0; i < n; i++) {
-        d->off[i] += v[i];
-    }
-    d->core.counts = counts;
 }

@@ -4,6 +4,8 @@
 
 #include "bgc_internal.h"
 
+#include <math.h>
+
 enum { INSIDE_NODES = 3 }; /* Lobatto's points within a step */
 
 /* A step from d->x to d->next, before that becomes the present, with f at its ends. */
@@ -29,11 +31,24 @@ static inline double bgc_rate_of_state(const bgc_data *d, const double *f, int i
     return d->inverse_mass[i] * f[i];
 }
 
+/* A factor by which a difference along v from y is neither lost in rounding nor nonlinear. */
+static inline double bgc_error_shift(const bgc_model *m, const bgc_data *d, const double *y, const double *v) {
+    double part = 0.0;
+
+    for (int i = 0; i < m->n_state; i++) {
+        part = fmax(part, d->core.rtol * fabs(v[i]) / bgc_tolerance(d, i, fabs(y[i])));
+    }
+    return part > 1e-4 ? 1e-4 / part : part > 0.0 && part < 1e-8 ? 1e-8 / part : 1.0;
+}
+
 /* --- local_error.c */
 void bgc_apply_mass_to_error(const bgc_model *m, bgc_data *d, double *v);
 void bgc_solve_for_error(const bgc_model *m, bgc_data *d, double *v);
 void bgc_forget_local_error(bgc_core *core);
 int bgc_local_error(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double *local, double *missed);
 double bgc_inside_part(double s, int k);
+
+/* --- error_events.c */
+void bgc_look_at_switches(const bgc_model *m, bgc_data *d, double t, const double *f);
 
 #endif

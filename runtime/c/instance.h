@@ -210,7 +210,8 @@ typedef struct {
     double off_error;     /* the estimate of the method for the measured step */
     double off_step, off_scale; /* length of the measured step; factor of its errors in the present one */
     double off_slope;     /* |h J e| / |e| when last looked at */
-    double off_gamma;     /* 1 / (c h) of the step that off_power belongs to */
+    /* Of the step that off_power belongs to: 1 / (c h), and the part of the lower order in it. */
+    double off_gamma, off_part;
     double off_power[4];
     int off_powers;       /* of S */
 

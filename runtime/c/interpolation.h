@@ -35,6 +35,12 @@ static inline number bgc_middle_slope(number y0, number y1, number k2, number k3
     return y1 - y0 + 0.25 * (k2 + k3);
 }
 
+/* dy/ds at s. */
+static inline number bgc_interpolated_slope(double s, number y0, number y1, number k1, number k2,
+                                            number k3) {
+    return y1 - y0 + (1.0 - 2.0 * s) * (k1 + s * (k2 + s * k3)) + s * (1.0 - s) * (k2 + 2.0 * s * k3);
+}
+
 /* The absolute defect of the dense output in the middle of a step, less the part that the rounding of
  * the times makes of it. */
 static inline number bgc_defect(number defect, number y0, number y1, double middle, double h) {

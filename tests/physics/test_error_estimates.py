@@ -175,6 +175,16 @@ def test_errors_pass_contacts_at_which_the_force_jumps(solver, rtol, tmp_path):
         assert 0.4 < run.error[name].max() / true < 3
 
 
+def test_errors_pass_sixty_contacts_that_amplify_them():
+    """Edges coincide at each contact of backlash, and errors grow by 1e3 in a second."""
+    model = bgc.compile(LIBRARY / "examples/backlash.bg")
+    exact = model.simulate("1 s", rtol=1e-12, atol=1e-14, solver="radau5", error=False)
+    run = model.simulate("1 s", rtol=1e-6)
+    for name in ("motor", "load", "twist [deg]"):
+        true = np.abs(run[name] - exact[name]).max()
+        assert 0.5 < run.error[name].max() / true < 2
+
+
 def test_an_input_that_jumps_moves_no_switch_in_time():
     model = bgc.compile(LIBRARY / "examples/hydraulic_cylinder.bg", scene="servo")
     exact = model.simulate(rtol=1e-11)
