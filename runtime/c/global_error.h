@@ -31,14 +31,16 @@ static inline double bgc_rate_of_state(const bgc_data *d, const double *f, int i
     return d->inverse_mass[i] * f[i];
 }
 
-/* A factor by which a difference along v from y is neither lost in rounding nor nonlinear. */
+/* A factor by which a difference along an error v from y is not lost in rounding: the error itself, as far as it is
+ * small against y, since then it sees where f bends within it, as a clutch does that holds. */
 static inline double bgc_error_shift(const bgc_model *m, const bgc_data *d, const double *y, const double *v) {
+    const double large = 1e-2, linear = 1e-4, lost = 1e-8;
     double part = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
         part = fmax(part, d->core.rtol * fabs(v[i]) / bgc_tolerance(d, i, fabs(y[i])));
     }
-    return part > 1e-4 ? 1e-4 / part : part > 0.0 && part < 1e-8 ? 1e-8 / part : 1.0;
+    return part > large ? linear / part : part > 0.0 && part < lost ? lost / part : 1.0;
 }
 
 /* --- local_error.c */
