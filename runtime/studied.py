@@ -292,10 +292,11 @@ class StudiedModel(LoadedModel):
             them, limits have to hold in each of these cases, and the objective is that of the
             worst case ("worst") or the mean ("mean").
         search
-            "gradient": sequential quadratic programming (SciPy's SLSQP) with central differences,
-            of which each point and its differences are one batch. "evolution": differential
-            evolution, without derivatives, one batch a generation. By default "gradient", and
-            "evolution" where an observable counts rows (`above`, `crossings`).
+            "gradient": sequential quadratic programming (SciPy's SLSQP). Derivatives are the
+            sensitivities of the run where these take fewer operations than central differences,
+            which are one batch with their point. "evolution": differential evolution, without
+            derivatives, one batch a generation. By default "gradient", and "evolution" where an
+            observable counts rows (`above`, `crossings`).
         starts, seed
             Number of designs within the bounds, points of a Sobol sequence, among which to start.
         runs

@@ -40,29 +40,61 @@ def _crossings(x: Array, _: Array, level: float) -> float:
     return float(np.count_nonzero((x[:-1] < level) & (x[1:] >= level)))
 
 
+def _at(place: int | np.intp, x: Array, factor: float = 1.0) -> Array:
+    """The gradient of `factor` times the value of one row."""
+    found = np.zeros(len(x))
+    found[place] = factor
+    return found
+
+
+def _by_norm(x: Array, weights: Array) -> Array:
+    """The gradient of the root of the weighted squares, 0 where these vanish."""
+    size = np.sqrt(weights @ (x * x))
+    return np.asarray(weights * x / size if size > 0 else 0 * x)
+
+
+def _by_quantile(x: Array, _: Array, share: float) -> Array:
+    order = np.argsort(x, kind="stable")
+    place, part = divmod(share * (len(x) - 1), 1)
+    upper = min(int(place) + 1, len(x) - 1)
+    return _at(order[int(place)], x, 1 - part) + _at(order[upper], x, part)
+
+
+def _by_peak(x: Array, _weights: Array, _argument: float) -> Array:
+    place = int(np.abs(x).argmax())
+    return _at(place, x, float(np.sign(x[place])))
+
+
+_Function = Callable[[Array, Array, float], float]
+_Gradient = Callable[[Array, Array, float], Array]
+
 # Name: the reduction of the values at the rows, their weights (the share of time that a row stands
-# for) and an argument; the kind of the argument; whether the result has the unit of the column.
-_FUNCTIONS: Mapping[str, tuple[Callable[[Array, Array, float], float], str, bool]] = (
-    MappingProxyType(
-        {
-            "max": (lambda x, w, a: float(x.max()), "", True),
-            "min": (lambda x, w, a: float(x.min()), "", True),
-            "mean": (_mean, "", True),
-            "rms": (_rms, "", True),
-            "sd": (_sd, "", True),
-            "range": (lambda x, w, a: float(x.max() - x.min()), "", True),
-            "peak": (lambda x, w, a: float(np.abs(x).max()), "", True),
-            "first": (lambda x, w, a: float(x[0]), "", True),
-            "last": (lambda x, w, a: float(x[-1]), "", True),
-            "quantile": (lambda x, w, a: float(np.quantile(x, a)), "share", True),
-            "crossings": (_crossings, "level", False),
-            "above": (lambda x, w, a: float(w @ (x > a)), "level", False),
-        }
-    )
+# for) and an argument; its derivatives by the values, if it has any; the kind of the argument;
+# whether the result has the unit of the column.
+_FUNCTIONS: Mapping[str, tuple[_Function, _Gradient | None, str, bool]] = MappingProxyType(
+    {
+        "max": (lambda x, w, a: float(x.max()), lambda x, w, a: _at(x.argmax(), x), "", True),
+        "min": (lambda x, w, a: float(x.min()), lambda x, w, a: _at(x.argmin(), x), "", True),
+        "mean": (_mean, lambda x, w, a: w, "", True),
+        "rms": (_rms, lambda x, w, a: _by_norm(x, w), "", True),
+        "sd": (_sd, lambda x, w, a: _by_norm(x - w @ x, w), "", True),
+        "range": (
+            lambda x, w, a: float(x.max() - x.min()),
+            lambda x, w, a: _at(x.argmax(), x) + _at(x.argmin(), x, -1.0),
+            "",
+            True,
+        ),
+        "peak": (lambda x, w, a: float(np.abs(x).max()), _by_peak, "", True),
+        "first": (lambda x, w, a: float(x[0]), lambda x, w, a: _at(0, x), "", True),
+        "last": (lambda x, w, a: float(x[-1]), lambda x, w, a: _at(-1, x), "", True),
+        "quantile": (lambda x, w, a: float(np.quantile(x, a)), _by_quantile, "share", True),
+        "crossings": (_crossings, None, "level", False),
+        "above": (lambda x, w, a: float(w @ (x > a)), None, "level", False),
+    }
 )
 FUNCTIONS = tuple(_FUNCTIONS)
 EXTREMES = ("max", "min", "peak", "range")  # observables that are looked for between rows too
-STEPPED = ("crossings", "above")  # observables that count rows: they have no derivatives
+STEPPED = tuple(name for name, (_, by, _, _) in _FUNCTIONS.items() if by is None)  # count rows
 
 _NUMBER = Shown("1")
 
@@ -95,8 +127,20 @@ class Observable:
         x, t = values[some], time[some]
         if not len(x) or not np.isfinite(x).all():
             return float("nan")
-        reduce, _, _ = _FUNCTIONS[self.function]
+        reduce, _, _, _ = _FUNCTIONS[self.function]
         return reduce(x, _weights(t), self.argument)
+
+    def gradient(self, time: Array, values: Array) -> Array:
+        """Compute its derivatives by the values of a column, all of which are finite, (rows,).
+
+        Extremes have that of the row where they are. `crossings` and `above` have none.
+        """
+        some = (time >= self.start) & (time <= self.end)
+        _, by, _, _ = _FUNCTIONS[self.function]
+        assert by is not None
+        found = np.zeros(len(time))
+        found[some] = by(values[some], _weights(time[some]), self.argument)
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +247,7 @@ def _read(
         reason = f"there is no function `{function}`"
         raise BgError([bad_observable(text, reason, did_you_mean(function, FUNCTIONS))])
     wanted, argument = _arguments(match["inside"])
-    _, kind, keeps_unit = _FUNCTIONS[function]
+    _, _, kind, keeps_unit = _FUNCTIONS[function]
     if bool(kind) != bool(argument):
         reason = f"`{function}` takes {'a column and a ' + kind if kind else 'one column'}"
         raise BgError([bad_observable(text, reason)])
@@ -279,3 +323,11 @@ class Reducer:
             some = slice(None, None, 1 if each.function in EXTREMES else self.between)
             found.append(each.of(time[some], self.column(rows[some], output)))
         return np.array(found)
+
+    def gradients(self, time: Array, rows: Array) -> Array:
+        """Derivatives of each observable by the values of its column, (observables, rows)."""
+        found = np.zeros((len(self.observables), len(rows)))
+        for k, (each, output) in enumerate(zip(self.observables, self.outputs, strict=True)):
+            some = slice(None, None, 1 if each.function in EXTREMES else self.between)
+            found[k, some] = each.gradient(time[some], self.column(rows[some], output))
+        return found

@@ -46,6 +46,11 @@ class Range:
             return np.asarray(self.low * (self.high / self.low) ** u)
         return self.low + (self.high - self.low) * u
 
+    def slope(self, value: float) -> float:
+        """The derivative of `at` where it has a value."""
+        length = self.high - self.low
+        return float(value * np.log(self.high / self.low)) if self.log else length
+
 
 @dataclass(frozen=True, slots=True)
 class Listed:

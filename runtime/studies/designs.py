@@ -12,7 +12,11 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.runs import gathered
 from bgc.runtime.running.many import Plan
 from bgc.runtime.running.parameter_grid import Range
+from bgc.runtime.studies.followed_runs import FollowedRuns
 from bgc.runtime.studies.points import PointRuns, slopes, stencil
+
+_BLOCK = 8  # parameters by which a run is differentiated at the cost of about two more runs
+_SHARE = 0.6  # of a run, the cost of one in a batch
 
 
 class RunsSpent(Exception):
@@ -39,6 +43,7 @@ class Designs:
     ranges: tuple[Range, ...]
     over: Mapping[str, Array]
     most_runs: int
+    followed: FollowedRuns
     _known: dict[bytes, Array | None] = field(default_factory=dict)
     _sloped: dict[bytes, Slopes | None] = field(default_factory=dict)
 
@@ -96,13 +101,23 @@ class Designs:
     def slopes(self, u: Array) -> Slopes | None:
         """Observables and derivatives at a point; None where its own run fails.
 
-        Differences are one-sided beside a design that failed, and at the end of a range.
+        They are exact where this takes fewer operations and the run has them, else central
+        differences, as for several cases, which fill batches on all processors. Differences are
+        one-sided beside a design that failed, and at the end of a range.
         """
         u = np.clip(u, 0.0, 1.0)
         key = u.tobytes()
         if key in self._sloped:
             return self._sloped[key]
-        step = self.runs.difference(self._plan(np.zeros((2 * len(u) + 1, len(self.ranges)))))
+        plan = self._plan(np.zeros((2 * len(u) + 1, len(self.ranges))))
+        exact = None
+        if self.cases == 1 and _exact_costs_less(len(u), bool(plan.alone)):
+            exact = self._exact(u)
+        if exact is not None:
+            self._known.setdefault(key, exact.values)
+            self._sloped[key] = exact
+            return exact
+        step = self.runs.difference(plan)
         points = stencil(u, np.minimum(u + step, 1.0), np.maximum(u - step, 0.0))
         values = self._run(points)
         known = self._known.setdefault(key, values[0])
@@ -111,6 +126,18 @@ class Designs:
         else:
             self._sloped[key] = Slopes(known, slopes(points, values))
         return self._sloped[key]
+
+    def _exact(self, u: Array) -> Slopes | None:
+        """Observables and exact derivatives of the only case at a point; None if it has none."""
+        if self.runs.count + 2 > self.most_runs:
+            raise RunsSpent
+        point = self.parameters(u)
+        others = {name: float(values[0]) for name, values in self.over.items()}
+        found = self.followed.observed(point, others)
+        if found is None:
+            return None
+        by = [each.slope(x) for each, x in zip(self.ranges, point.tolist(), strict=True)]
+        return Slopes(found[0][None], found[1][:, None] * np.array(by)[:, None, None])
 
     def known_slopes(self, u: Array) -> Slopes | None:
         """The derivatives at a point if they were computed."""
@@ -131,3 +158,9 @@ class Designs:
         values = found.values.reshape(self.cases, len(points), -1)
         good = found.done.reshape(self.cases, -1) & np.isfinite(values).all(axis=2)
         return [values[:, k] if good[:, k].all() else None for k in range(len(points))]
+
+
+def _exact_costs_less(parameters: int, alone: bool) -> bool:
+    """Compare the operations of exact derivatives and of central differences, in runs."""
+    differences = (2 * parameters + 1) * (1.0 if alone else _SHARE)
+    return 2 + 2 * -(-parameters // _BLOCK) < differences

@@ -25,6 +25,7 @@ from bgc.runtime.running.parameter_grid import Range
 from bgc.runtime.running.progress import StatusLine
 from bgc.runtime.running.run_warnings import negative_among
 from bgc.runtime.studies.designs import Designs, RunsSpent
+from bgc.runtime.studies.followed_runs import FollowedRuns
 from bgc.runtime.studies.optimum import Limit, Optimum
 from bgc.runtime.studies.points import PointRuns
 from bgc.runtime.studies.search_arguments import spread, with_sobol
@@ -154,7 +155,9 @@ def optimise(
     observables = {each.name: each for each in (goal.observable, *(c.observable for c in criteria))}
     ranges = spread(bounds)
     runs = PointRuns(model, method, times, tuple(observables.values()))
-    designs = Designs(runs, ranges, over, search.most_runs)
+    columns = tuple({each.column: None for each in observables.values()})
+    followed = FollowedRuns(runs, tuple(each.name for each in ranges), columns)
+    designs = Designs(runs, ranges, over, search.most_runs, followed)
     names = [*observables]
     places = tuple(names.index(each.observable.name) for each in criteria)
     limits = np.array([abs(each.limit) or 1.0 for each in criteria])

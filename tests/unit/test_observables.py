@@ -48,6 +48,21 @@ def test_observables_are_those_of_the_wave(text, expected):
     assert of(text) == pytest.approx(expected, rel=3e-3)
 
 
+@pytest.mark.parametrize(
+    "text",
+    "max(x); min(x); mean(x) from 1 s; rms(x); sd(x) to 2 s; range(x); peak(x); "
+    "first(x) from 0.3 s; last(x); quantile(x, 0.4); quantile(x, 1)".split("; "),
+)
+def test_gradients_are_those_of_a_random_walk(text):
+    rng = np.random.default_rng(1)
+    time, walk = np.sort(rng.uniform(0, 4, 60)), -rng.normal(0, 1, 60).cumsum()
+    (found,) = read_observables([text], COLUMNS, read_quantity)
+    by, step = found.gradient(time, walk), 1e-6
+    for k, unit in enumerate(np.eye(60)):
+        ends = (found.of(time, walk + sign * step * unit) for sign in (1, -1))
+        assert by[k] == pytest.approx(-np.diff([*ends])[0] / (2 * step), abs=1e-8)
+
+
 def test_rows_of_unequal_intervals_are_weighted_by_time():
     time = np.array([0.0, 1.0, 1.25, 1.5, 4.0])
     (mean,) = read_observables(["mean(x)"], COLUMNS, read_quantity)

@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.runs import Interrupted
-from bgc.runtime.studies import points
+from bgc.runtime.studies import designs, points
 
 FILE = model_file("optimise_spring")
 MU = 0.1
@@ -32,6 +32,13 @@ def spring() -> Model:
     return bgc.compile(FILE)
 
 
+@pytest.fixture(params=["differences", "exact"])
+def derivatives(request, monkeypatch):
+    exact = request.param == "exact"
+    monkeypatch.setattr(designs, "_exact_costs_less", lambda *_: exact)
+
+
+@pytest.mark.usefixtures("derivatives")
 def test_an_absorber_after_a_blow_is_that_of_the_least_energy(absorber):
     """The H2 optimum (G. B. Warburton, 1982; T. Asami et al., 1991), exact for a blow."""
     tuning = math.sqrt(1 + MU / 2) / (1 + MU)
