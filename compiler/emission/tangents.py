@@ -3,8 +3,8 @@
 Each lane of a vector register holds the derivative by one parameter; what is differentiated is the
 same in all lanes. A kernel here is the tangent of one of `program_kernels.py`: it takes the changes
 d of the states (then of time, then of the unknowns of a start) and q of what depends on parameters
-alone, and stores the changes of its results. `prepare` computes q, and elements of h that only
-derivatives read.
+alone (then of what sampled parts hold), and stores the changes of its results. `prepare` computes
+q, and elements of h that only derivatives read.
 """
 
 from __future__ import annotations
@@ -113,6 +113,11 @@ class _Tangents:
             yield self._kernel("project", "h t x d q", "z", ends)
         if program.closures is not None:
             yield self._kernel("closures", running, "c", projection_nodes(program.closures))
+        if program.held:
+            rates = [node for rate in program.rates for node in (rate.period, rate.offset)]
+            yield self._kernel("sampling", "h q", "s", rates)
+            yield self._kernel("held_start", "h t u q", "z", [h.initial for h in program.held])
+            yield self._kernel("held", running, "z", [h.update for h in program.held])
         if program.start is not None:
             own = "h t u s d q"
             yield self._kernel("start", own, "r", program.start.residuals)
@@ -156,7 +161,8 @@ class _Tangents:
     def _direction(self) -> dict[Node, Node]:
         dag, states = self.dag, len(self.lowered.program.states)
         found = {node: dag.symbol(Kind.CHANGE, k) for node, k in self._moving(states).items()}
-        for k, node in enumerate(self.lowered.hoisted):
+        held = [dag.symbol(Kind.INPUT, held.index) for held in self.lowered.program.held]
+        for k, node in enumerate((*self.lowered.hoisted, *held)):
             found[node] = dag.symbol(Kind.HOISTED_CHANGE, k)
         return found
 

@@ -10,8 +10,8 @@
 #include "bgc_lanes.h"
 
 /* The tangents of the functions of bgc_model: each stores the changes of its results where the states
- * change by d[0..n_state), time by d[n_state], the unknowns of a start by what follows, and what
- * depends on parameters alone by q. h has n_hoist elements, the first of them those of the model. */
+ * change by d[0..n_state), time by d[n_state], the unknowns of a start by what follows, and by q what
+ * depends on parameters alone and, from n_hoist of the model on, what sampled parts hold. h has n_hoist elements, the first of them those of the model. */
 typedef struct {
     int n_work, n_prepare_work, n_solve_work, n_hoist;
     int first_change; /* of parameters, behind these in the p of prepare */
@@ -40,6 +40,10 @@ typedef struct {
     /* Of the first four parts of the results of closures(). */
     void (*closures)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
                      lane *c, lane *w);
+    void (*sampling)(const lane *h, const lane *q, lane *s, lane *w);
+    void (*held_start)(const lane *h, lane t, const lane *u, const lane *q, lane *z, lane *w);
+    void (*held)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q, lane *z,
+                 lane *w);
     void (*initial)(const lane *h, lane t, const lane *u, const lane *q, lane *x, lane *w);
     void (*start)(const lane *h, lane t, const lane *u, const lane *s, const lane *d, const lane *q,
                   lane *r, lane *w);
@@ -64,9 +68,10 @@ void bgc_free_sensitivities(bgc_sensitivities *s);
 bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                    const double *parameter, const double *state);
 /* Derivatives along direction k at the present, with the states held: of f, n_state numbers, then of the
- * bgc_chain_rows(m) rows of closed chains. */
+ * bgc_chain_rows(m) rows of closed chains and of the values that sampled parts hold from the next instant on. */
 void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f);
-/* The derivatives of the states along direction k at the present, n_state numbers, to x or from there. */
+/* The derivatives along direction k at the present, to x or from there: of the states, n_state numbers, then of
+ * what sampled parts hold. */
 void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x);
 void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const double *x);
 

@@ -238,6 +238,11 @@ typedef struct {
     bgc_status (*step)(const bgc_model *m, bgc_data *d, void *of, const bgc_method *method, double t);
     /* After an event, with the new modes; d->next has the states before a jump, d->u_step the modes. */
     bgc_status (*event)(const bgc_model *m, bgc_data *d, void *of);
+    /* Before the resets of the conditions in d->condition, with consistent states and their modes. */
+    bgc_status (*jump)(const bgc_model *m, bgc_data *d, void *of);
+    /* Before devices or sampled parts change the inputs, and after what has followed. */
+    void (*before_inputs)(const bgc_model *m, bgc_data *d, void *of);
+    bgc_status (*inputs)(const bgc_model *m, bgc_data *d, void *of);
     /* With the row at t, inside the last step or at the present. */
     bgc_status (*row)(const bgc_model *m, bgc_data *d, void *of, double t, int inside);
 } bgc_follower;

@@ -254,8 +254,14 @@ static bgc_status count_close_jumps(const bgc_model *m, bgc_data *d, double whol
 static bgc_status jump_once(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     const double before = core->accounts ? stored_energy(m, d) : 0.0;
-    bgc_status status = apply_resets(m, d);
+    bgc_status status = BGC_OK;
 
+    if (d->follower != NULL) {
+        status = d->follower->jump(m, d, d->follower->of);
+    }
+    if (status == BGC_OK) {
+        status = apply_resets(m, d);
+    }
     core->f_valid = core->jac_valid = core->held = 0;
     bgc_release_modes(m, d);
     if (status == BGC_OK && m->project != NULL) {

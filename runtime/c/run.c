@@ -27,6 +27,27 @@ bgc_status bgc_apply_inputs(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
+/* Before and after what follows from other inputs, also beside the run. */
+static void expect_inputs(const bgc_model *m, bgc_data *d) {
+    if (d->follower != NULL) {
+        d->follower->before_inputs(m, d, d->follower->of);
+    }
+}
+static bgc_status follow_inputs(const bgc_model *m, bgc_data *d) {
+    const bgc_status status = bgc_apply_inputs(m, d);
+
+    return status == BGC_OK && d->follower != NULL ? d->follower->inputs(m, d, d->follower->of) : status;
+}
+
+/* Reads the devices. */
+static bgc_status read_inputs(const bgc_model *m, bgc_data *d) {
+    bgc_status status;
+
+    expect_inputs(m, d);
+    status = bgc_read_devices(m, d);
+    return status == BGC_OK ? follow_inputs(m, d) : status;
+}
+
 /* After a sample of the devices: the time of the next one. */
 static void count_sample(const bgc_model *m, bgc_core *core) {
     core->sample++;
@@ -41,16 +62,14 @@ static bgc_status sample_parts(const bgc_model *m, bgc_data *d, double slack) {
     bgc_core *core = &d->core;
     const int due = core->period > 0.0 &&
                     core->t >= core->origin + (double)core->sample * core->period - slack;
-    bgc_status status = due ? bgc_read_devices(m, d) : BGC_OK;
+    bgc_status status = due ? read_inputs(m, d) : BGC_OK;
 
-    if (status == BGC_OK && due) {
-        status = bgc_apply_inputs(m, d);
-    }
     if (status == BGC_OK && core->t >= core->instant - slack) {
         core->sampled_at = core->t;
+        expect_inputs(m, d);
         status = bgc_take_sampled(m, d, slack);
         if (status == BGC_OK) {
-            status = bgc_apply_inputs(m, d);
+            status = follow_inputs(m, d);
         }
     }
     if (status == BGC_OK && due) {
@@ -74,10 +93,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     if (m->n_rate > 0) {
         return sample_parts(m, d, slack);
     }
-    status = bgc_read_devices(m, d);
-    if (status == BGC_OK) {
-        status = bgc_apply_inputs(m, d);
-    }
+    status = read_inputs(m, d);
     if (status == BGC_OK) {
         status = bgc_write_devices(m, d);
     }

@@ -28,13 +28,13 @@ from bgc.runtime.running.model_loading import load_as
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.rest_algebra import rank_of, row_scales, svd
+from bgc.runtime.running.rest_instance import Resting
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.tangent_interface import Tangents
 
 _PART = 1e-4  # of a parameter, for a difference of two states of rest,
 _COARSE_PART = 2e-3  # and of starts that close chains
 _USE = "use a Rosenbrock or an explicit method: `rodas5p`, `ros34prw`, `rk4`"
-_DIFFERENCES = "run the model twice, with the parameter a little larger and a little smaller"
 
 _Model = TypeVar("_Model", bound=LoadedModel)
 
@@ -68,19 +68,7 @@ def followed(
 
 
 def with_tangents(model: _Model) -> _Model:
-    """Compile the same model with its tangents, or load it from the cache.
-
-    Raises BgError: BG784 for a model that has none.
-    """
-    info = model.library.model
-    reasons = {
-        "the model has sampled parts": model.library.is_sampled,
-        "states of the model jump, and it reads devices": model.library.has_jumps
-        and info.n_device > 0,
-    }
-    for reason, holds in reasons.items():
-        if holds:
-            raise BgError([not_followed(reason, _DIFFERENCES)])
+    """Compile the same model with its tangents, or load it from the cache."""
     path, options = model.source_for("sensitivities")
     found = load_as(type(model), path, replace(options, tangents=True), {})
     found.parameters.take(model.parameters)
@@ -141,16 +129,16 @@ def begin(
     for k, direction in enumerate(directions):
         (states if direction.is_state else changes)[k, direction.number] = 1.0
     rest = model.facts.rest_for(method.start)
-    found = np.zeros_like(states)
+    found = np.zeros((len(directions), len(model.states) + len(model.library.held_inputs)))
     names = list(model.parameters)
     varied = tangents.closing if rest is None else [names.index(name) for name in rest.vary]
     for k, direction in enumerate(directions):
         if (rest is not None or varied) and not direction.is_state:
-            found[k], moved = _moved_start(model, parameters, rest, direction, varied)
-            changes[k, varied] += moved
+            start = _moved_start(model, parameters, rest, direction, varied)
+            found[k], changes[k, varied] = start
     require(instance, tangents.start(changes, states), model.places)
     if rest is not None:
-        tangents.states = _at_rest(instance, found, tangents.slopes())
+        tangents.states = _at_rest(Resting(instance, rest.sampled), found, tangents.slopes())
     return tangents
 
 
@@ -161,13 +149,11 @@ def _moved_start(
     direction: Direction,
     varied: Sequence[int],
 ) -> tuple[Array, Array]:
-    """Differences of the start, and of the parameters that are varied for it, by a parameter.
-
-    Those of the parameter itself are left out.
-    """
+    """Differences of the start, and of the parameters that are varied for it, by a parameter."""
     info = model.library.model.param[direction.number]
     given = model.parameters.instance(parameters).parameter(direction.number)
-    states, moved = np.zeros(len(model.states)), np.zeros(len(varied))
+    size = len(model.states) + len(model.library.held_inputs)
+    states, moved = np.zeros(size), np.zeros(len(varied))
     for value, weight in _difference(given, info.low, info.high, coarse=rest is None):
         instance = model.parameters.instance(parameters)
         instance.set_parameter(direction.number, value)
@@ -179,9 +165,9 @@ def _moved_start(
         except BgError as problem:
             reason = f"at {value:g} {problem.diagnostics[0].message}"
             raise BgError([start_not_followed(direction.name, reason)]) from problem
-        states += weight * instance.state
+        states += weight * instance.start_values()
         moved += weight * np.array([instance.parameter(k) for k in varied])
-    return states, np.where(np.array(varied) == direction.number, 0.0, moved)
+    return states, moved
 
 
 def _difference(
@@ -200,24 +186,30 @@ def _difference(
     return [(first, -1 / (last - first)), (last, 1 / (last - first))]
 
 
-def _at_rest(instance: Instance, changes: Array, slopes: Array) -> Array:
+def _at_rest(resting: Resting, changes: Array, slopes: Array) -> Array:
     """Changes of a state of rest, corrected so that it remains one to the first order.
 
-    Its rates and the rows of closed chains remain zero. `changes` are near, (directions, states);
-    `slopes` are the changes of the rates and rows with the state held. The correction is the least
-    one in the scales of the states.
+    Its rates, with those of sampled values, and the rows of closed chains remain zero. `changes`
+    are near, (directions, states + held); `slopes` are those of `Tangents.slopes`. The correction
+    is the least one in the scales of the states.
     """
-    status, jacobian, _ = instance.jacobian()
+    instance, states = resting.instance, resting.own
+    status, by_state = resting.slope()
     require(instance, status)
-    status, _, rows_of_chains = instance.chain_rows()
+    status, closing, rows_of_chains = resting.chain_rows()
     require(instance, status)
-    jacobian = np.vstack([jacobian, rows_of_chains])
-    scale = instance.scale
-    matrix = jacobian * scale
-    rows = row_scales(matrix)
-    left, values, right = svd(matrix / rows[:, None], full=False)
+    _, _, periods = instance.next_held()
+    jacobian = np.vstack([by_state, rows_of_chains])
+    rates, rows, held = np.split(slopes, [states, states + len(closing)], axis=1)
+    sampled = held[:, resting.numbers] / periods[resting.numbers]
+    own = [*range(states), *(states + number for number in resting.numbers)]
+
+    matrix = jacobian * resting.scale
+    sizes = row_scales(matrix)
+    left, values, right = svd(matrix / sizes[:, None], full=False)
     count = rank_of(values, 0.0)
     inverse = (right[:count].T / values[:count]) @ left[:, :count].T
-    remaining = (changes @ jacobian.T + slopes) / rows
-    found: Array = changes - (remaining @ inverse.T) * scale
+    found = changes.copy()
+    remaining = (found[:, own] @ jacobian.T + np.hstack([rates, sampled, rows])) / sizes
+    found[:, own] -= (remaining @ inverse.T) * resting.scale
     return found

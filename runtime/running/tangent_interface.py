@@ -46,6 +46,11 @@ class Tangents:
         if not self._memory:
             raise BgError([no_memory()])
 
+    @property
+    def _size(self) -> int:
+        """The number of states and of values that sampled parts hold."""
+        return len(self.instance.state) + len(self.instance.library.held_inputs)
+
     def __del__(self) -> None:
         if getattr(self, "_memory", None):
             self._functions.bgc_free_sensitivities(self._memory)
@@ -65,12 +70,13 @@ class Tangents:
         return Status(self._call("bgc_start_sensitivities", *each, *where))
 
     def slopes(self) -> Array:
-        """Derivatives at the present with the states held, (count, states + chain rows).
+        """Derivatives at the present with the states held, (count, states + chain rows + held).
 
-        They are those of f, then those of the rows of closed chains (`Instance.chain_rows`).
+        They are those of f, then those of the rows of closed chains (`Instance.chain_rows`) and of
+        the values that sampled parts hold after an instant (`Instance.next_held`).
         """
         rows = self._functions.bgc_chain_rows(self._model)
-        found = np.zeros((self.count, len(self.instance.state) + rows))
+        found = np.zeros((self.count, rows + self._size))
         for k, row in enumerate(found):
             each = self.instance.address, self._memory
             self._call("bgc_slope_by_parameters", *each, k, _doubles(row))
@@ -84,8 +90,8 @@ class Tangents:
 
     @property
     def states(self) -> Array:
-        """Derivatives of the states at the present, (count, states)."""
-        found = np.zeros((self.count, len(self.instance.state)))
+        """Derivatives at the present of the states and of held values, (count, states + held)."""
+        found = np.zeros((self.count, self._size))
         for k, row in enumerate(found):
             self._call("bgc_get_sensitivity", self._memory, k, _doubles(row))
         return found

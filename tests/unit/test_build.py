@@ -19,6 +19,7 @@ from bgc.building.build import (
     runtime_directory,
     runtime_sources,
     runtime_units,
+    tangent_runtime_units,
     unit_flags,
 )
 from bgc.building.cache import Cache
@@ -240,9 +241,10 @@ def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
     warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wdouble-promotion", "-Werror")
     folder = runtime_directory()
     sources = sorted((*runtime_sources(folder).values(), *folder.glob("absent/*.c")))
-    lanes = tmp_path / "lanes.c"
-    lanes.write_text(lane_runtime_units()[0].text)
-    for source in (*sources, lanes):
+    for unit in (*lane_runtime_units(), *tangent_runtime_units()):
+        sources.append(tmp_path / f"{unit.name}.c")
+        sources[-1].write_text(unit.text)
+    for source in sources:
         arguments = (*RUNTIME_FLAGS, *warnings, f"-I{folder}", "-fsyntax-only", str(source))
         done = toolchain.run(arguments, tmp_path)
         assert done.returncode == 0, done.stdout

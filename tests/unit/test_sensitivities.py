@@ -164,6 +164,41 @@ def test_derivatives_of_a_linkage_and_of_its_closed_start():
         assert found == pytest.approx(expected, abs=2e-6 * size)
 
 
+# --- sampled parts ---------------------------------------------------------------------------
+
+
+def test_derivatives_through_a_sampled_controller_and_its_instants():
+    names = ["wanted", "gain", "first", "period", "late"]
+    result = run("sampled", names, rtol=1e-9)
+    for name in names:
+        for column in ("place", "speed", "sum"):
+            expected = difference("sampled", name, column, rtol=1e-10)
+            size = np.abs(expected).max()
+            assert result.sensitivity(column, name) == pytest.approx(expected, abs=1e-6 * size)
+
+
+def test_derivatives_of_a_sampled_controller_at_rest():
+    """The spring carries what its law gives at the wanted place, and the integral the rest."""
+    result = run("sampled_rest", ["wanted", "load"], rtol=1e-9)
+    stiffness = 1000 + 3e6 * 0.01**2
+    for column, name, expected in [
+        ("place", "wanted", 1.0),
+        ("sum", "wanted", stiffness),
+        ("place", "load", 0.0),
+        ("sum", "load", 1.0),
+    ]:
+        assert result.sensitivity(column, name) == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_derivatives_where_the_inputs_of_a_device_make_states_jump():
+    names = ["load", "kept"]
+    result = run("handled", names, rtol=1e-9)
+    for name, column in (("load", "y"), ("load", "first.f"), ("kept", "y")):
+        expected = difference("handled", name, column, rtol=1e-10)
+        size = np.abs(expected).max()
+        assert result.sensitivity(column, name) == pytest.approx(expected, abs=1e-7 * size)
+
+
 # --- events and starts -----------------------------------------------------------------------
 
 
@@ -180,6 +215,16 @@ def test_derivatives_through_a_bounce(name):
     given = {"height": 1.0, "kept": 0.8, "gravity": 9.81}
     expected = ball(result.time, **{**given, name: given[name] + 1e-30j}).imag / 1e-30
     assert result.sensitivity("z", name) == pytest.approx(expected, abs=1e-9)
+
+
+def test_derivatives_through_a_jump_that_causes_another():
+    names = ["speed", "gap", "kept"]
+    result = run("carts", names, rtol=1e-9)
+    for name in names:
+        for column in ("a", "b", "v", "w"):
+            expected = difference("carts", name, column, rtol=1e-11)
+            size = np.abs(expected).max()
+            assert result.sensitivity(column, name) == pytest.approx(expected, abs=1e-7 * size)
 
 
 def test_derivatives_by_the_time_of_a_switch():

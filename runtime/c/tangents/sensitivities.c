@@ -24,7 +24,8 @@ static size_t rows_and_impulses(const bgc_model *m) {
 
 /* The arrays of lanes; returns their size. */
 static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
-    const size_t n = (size_t)m->n_state, hoisted = (size_t)s->kernel->n_hoist;
+    const size_t n = (size_t)m->n_state, held = (size_t)m->n_held;
+    const size_t hoisted = (size_t)s->kernel->n_hoist, changes = (size_t)m->n_hoist + held;
     const size_t inputs = (size_t)(m->n_input + m->n_switch), moving = n + 1 + (size_t)m->n_start;
     const size_t entries = (size_t)s->kernel->n_jac;
     size_t result = n, size = 0;
@@ -33,6 +34,8 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     result = (size_t)m->n_switch > result ? (size_t)m->n_switch : result;
     result = (size_t)m->n_start > result ? (size_t)m->n_start : result;
     result = rows_and_impulses(m) > result ? rows_and_impulses(m) : result;
+    result = held > result ? held : result;
+    result = 2 * (size_t)m->n_rate > result ? 2 * (size_t)m->n_rate : result;
     for (int k = 0; k < m->n_jump; k++) {
         const size_t resets = (size_t)m->jump_first[k + 1];
         result = resets > result ? resets : result;
@@ -49,7 +52,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     s->right = take(&at, &size, result);
     s->change = take(&at, &size, moving);
     s->along = take(&at, &size, moving);
-    s->no_change = take(&at, &size, hoisted > n ? hoisted : n);
+    s->no_change = take(&at, &size, changes > n ? changes : n + 1);
     s->result = take(&at, &size, result);
     s->speed = take(&at, &size, 2 * (size_t)m->n_switch);
     s->work = take(&at, &size, (size_t)s->kernel->n_work);
@@ -57,7 +60,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     s->closing = take(&at, &size, bgc_closing_tangents(m));
     for (int k = 0; k < s->blocks; k++) {
         bgc_sensitivity_block *b = &s->block[k];
-        b->q = take(&at, &size, hoisted);
+        b->q = take(&at, &size, changes);
         b->mass = take(&at, &size, (size_t)m->n_mass);
         b->now = take(&at, &size, n);
         b->start = take(&at, &size, n);
@@ -65,7 +68,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
         b->k = take(&at, &size, DENSE * n);
         b->jac = take(&at, &size, entries);
         b->dfdt = take(&at, &size, n);
-        b->at_jac = take(&at, &size, n);
+        b->at_jac = take(&at, &size, n + held);
         b->delay = take(&at, &size, 1);
     }
     return size;
@@ -76,10 +79,13 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
     const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
     const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
-    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (4 + BGC_MAX_STAGES) * n;
+    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (5 + BGC_MAX_STAGES) * n;
     const size_t directions = (size_t)s->count * (size_t)m->n_param, chains = rows_and_impulses(m);
+    const size_t inputs = (size_t)(m->n_input + m->n_switch), instants = (size_t)m->n_rate;
 
-    s->p = calloc(count + prepared + work + unknowns + rates + matrix + directions + chains + 1, sizeof *s->p);
+    s->p = calloc(count + prepared + work + unknowns + rates + matrix + directions + chains + inputs +
+                      instants + 1,
+                  sizeof *s->p);
     s->pivot = calloc(n + 1, sizeof *s->pivot);
     if (s->p == NULL || s->pivot == NULL) {
         return 0;
@@ -89,9 +95,12 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     s->column = s->prepare_work + work;
     s->rate = s->column + unknowns;
     s->rate_after = s->rate + n;
-    s->before_satisfied = s->rate_after + n;
-    s->before_flows = s->before_satisfied + n;
-    s->parameter = s->before_flows + n;
+    s->reset = s->rate_after + n;
+    s->before_flows = s->reset + n;
+    s->before_inputs = s->before_flows + n;
+    s->inputs_before = s->before_inputs + n;
+    s->instants_before = s->inputs_before + inputs;
+    s->parameter = s->instants_before + m->n_rate;
     s->multiplier = s->parameter + directions;
     s->transposed = s->multiplier + chains;
     s->dense_mass = s->transposed + BGC_MAX_STAGES * n;
@@ -123,6 +132,7 @@ bgc_sensitivities *bgc_new_sensitivities(const bgc_model *m, int count) {
 void bgc_free_sensitivities(bgc_sensitivities *s) {
     if (s != NULL) {
         free(s->block);
+        free(s->jump);
         free(s->p);
         free(s->pivot);
         free(s->allocated);
@@ -214,6 +224,9 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
     s->event_at = -INFINITY;
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
+        if (m->n_held > 0) {
+            s->kernel->held_start(s->h, lane_of(d->core.t), s->u, b->q, b->q + m->n_hoist, s->work);
+        }
         if (m->n_mass > 0) {
             s->kernel->mass(s->h, b->q, b->mass, s->work);
         }
@@ -247,18 +260,24 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
 /* --- derivatives at the present ------------------------------------------------------------------ */
 
 void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x) {
-    const lane *now = s->block[k / BGC_LANE_WIDTH].now;
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
 
     for (int i = 0; i < m->n_state; i++) {
-        x[i] = lane_get(now[i], k % BGC_LANE_WIDTH);
+        x[i] = lane_get(b->now[i], k % BGC_LANE_WIDTH);
+    }
+    for (int i = 0; i < m->n_held; i++) {
+        x[m->n_state + i] = lane_get(b->q[m->n_hoist + i], k % BGC_LANE_WIDTH);
     }
 }
 
 void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const double *x) {
-    lane *now = s->block[k / BGC_LANE_WIDTH].now;
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
 
     for (int i = 0; i < m->n_state; i++) {
-        lane_set(&now[i], k % BGC_LANE_WIDTH, x[i]);
+        lane_set(&b->now[i], k % BGC_LANE_WIDTH, x[i]);
+    }
+    for (int i = 0; i < m->n_held; i++) {
+        lane_set(&b->q[m->n_hoist + i], k % BGC_LANE_WIDTH, x[m->n_state + i]);
     }
 }
 
@@ -271,4 +290,5 @@ void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities 
         f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
     }
     bgc_chain_slopes(m, d, s, k, f + m->n_state);
+    bgc_held_slopes(m, d, s, k, f + m->n_state + bgc_chain_rows(m));
 }

@@ -9,12 +9,12 @@ enum { BGC_TOGETHER = 4 }; /* stages whose products are made together; divides B
 
 /* As many parameters as a register has lanes. */
 typedef struct {
-    lane *q, *mass;                    /* changes of h and of M */
+    lane *q, *mass;                    /* changes of h, behind them of what sampled parts hold; and of M */
     lane *now;                         /* derivatives of the states at the present, */
     lane *start, *end, *k;             /* and the dense output of the last step */
     int has_dense;                     /* k is complete */
     lane *jac, *dfdt;                  /* changes of the Jacobian at hand; with curvature: */
-    lane *at_jac;                      /* derivatives of the states where it was evaluated */
+    lane *at_jac;                      /* derivatives of the states and held values where it was evaluated */
     lane *delay;                       /* derivatives of the time of the last event */
 } bgc_sensitivity_block;
 
@@ -32,7 +32,11 @@ struct bgc_sensitivities {
 
     /* Scratch. */
     lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work, *closing;
-    double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_satisfied, *before_flows;
+    double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_flows;
+    double *before_inputs, *inputs_before, *instants_before; /* at an instant of sampled parts */
+    double *reset; /* the states as jumps give them */
+    double *jump;  /* the jumps at the present: tangent_events.c */
+    int jumps, jump_room;
     double *parameter;  /* changes of the parameters along each direction */
     double *multiplier; /* of the rows of closed chains, then the changes of momenta by these */
     double *transposed; /* U_i of all stages side by side, for each state */
@@ -84,9 +88,24 @@ void bgc_chain_slopes(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int
 bgc_status bgc_interpolate_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                        bgc_sensitivity_block *b, double t, const double *x, lane *out);
 
-/* --- tangent_steps.c, tangent_events.c: functions of a bgc_follower */
+/* --- tangent_events.c: the rates of the states, M rate = f; carries derivatives v before an event or change
+ * of inputs, where the states are `ahead`, to b->now behind it, where their rates are s->rate_after; v has the
+ * derivative of its time in the last element */
+bgc_status bgc_find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const bgc_moment *at,
+                         double *rate);
+bgc_status bgc_carry_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                 bgc_sensitivity_block *b, const double *ahead, const bgc_moment *behind,
+                                 lane *v);
+
+/* --- tangent_samples.c */
+void bgc_held_slopes(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *slope);
+
+/* --- tangent_steps.c, tangent_events.c, tangent_samples.c: functions of a bgc_follower */
 bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *of, const bgc_method *method,
                                   double t);
 bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of);
+bgc_status bgc_note_jump(const bgc_model *m, bgc_data *d, void *of);
+void bgc_keep_before_inputs(const bgc_model *m, bgc_data *d, void *of);
+bgc_status bgc_differentiate_inputs(const bgc_model *m, bgc_data *d, void *of);
 
 #endif

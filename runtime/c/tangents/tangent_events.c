@@ -23,8 +23,8 @@ static const double same_effect = 1e-6;    /* of events at a time, relative to t
 /* --- rates of the states ----------------------------------------------------------------------- */
 
 /* The rates of the states there: M rate = f, and f_x rate = -df/dt in rows without a rate. */
-static bgc_status find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const bgc_moment *at,
-                            double *rate) {
+bgc_status bgc_find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const bgc_moment *at,
+                         double *rate) {
     const int n = m->n_state;
     const size_t width = (size_t)n;
     double *present = d->u;
@@ -153,36 +153,62 @@ static bgc_status differentiate_time(const bgc_model *m, bgc_data *d, bgc_sensit
 
 /* --- the states after it ----------------------------------------------------------------------- */
 
-/* Derivatives along v (with time in its last element) of the values that jumps give to states, to v, and
- * these values to s->before_satisfied. */
+/* The jumps at a time, one behind the other: of each the states and inputs before it, and the conditions that
+ * have become true. */
+static size_t jump_size(const bgc_model *m) {
+    return (size_t)(m->n_state + m->n_input + m->n_switch + m->n_jump);
+}
+
+bgc_status bgc_note_jump(const bgc_model *m, bgc_data *d, void *of) {
+    bgc_sensitivities *s = of;
+    const size_t inputs = (size_t)(m->n_input + m->n_switch), size = jump_size(m);
+    double *grown, *at;
+
+    if (s->jumps == s->jump_room) {
+        grown = realloc(s->jump, (size_t)(s->jump_room + 4) * size * sizeof *grown);
+        if (grown == NULL) {
+            return BGC_NO_MEMORY;
+        }
+        s->jump = grown;
+        s->jump_room += 4;
+    }
+    at = s->jump + (size_t)s->jumps++ * size;
+    memcpy(at, d->x, (size_t)m->n_state * sizeof *at);
+    memcpy(at + m->n_state, d->u, inputs * sizeof *at);
+    memcpy(at + (size_t)m->n_state + inputs, d->condition, (size_t)m->n_jump * sizeof *at);
+    return BGC_OK;
+}
+
+/* Jump k; behind the last one, the moment after the event. */
+static bgc_moment before_jump(const bgc_model *m, const bgc_sensitivities *s, int k,
+                              const bgc_moment *behind) {
+    double *at = s->jump + (size_t)k * jump_size(m);
+
+    return k < s->jumps ? (bgc_moment){behind->t, at, at + m->n_state} : *behind;
+}
+
+/* Derivatives along v of the values that a jump gives to states, to v, and these values to s->reset. */
 static void carry_through_resets(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                 bgc_sensitivity_block *b, lane *v) {
-    bgc_spread(m->n_state, d->next, s->x);
-    bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-    s->kernel->resets(s->h, lane_of(d->core.t), s->x, s->u, v, b->q, s->result, s->work);
-    m->resets(d->h, d->core.t, d->next, d->u_step, d->off_reset, d->work);
+                                 const bgc_sensitivity_block *b, const bgc_moment *at, lane *v) {
+    const double *condition = at->u + m->n_input + m->n_switch;
+
+    bgc_spread(m->n_state, at->x, s->x);
+    bgc_spread(m->n_input + m->n_switch, at->u, s->u);
+    s->kernel->resets(s->h, lane_of(at->t), s->x, s->u, v, b->q, s->result, s->work);
+    m->resets(d->h, at->t, at->x, at->u, d->off_reset, d->work);
+    memcpy(s->reset, at->x, (size_t)m->n_state * sizeof *at->x);
     for (int k = 0; k < m->n_jump; k++) {
-        for (int r = m->jump_first[k]; d->jumped_at[k] == d->core.t && r < m->jump_first[k + 1]; r++) {
+        for (int r = m->jump_first[k]; condition[k] != 0.0 && r < m->jump_first[k + 1]; r++) {
             v[m->reset_state[r]] = s->result[r];
-            s->before_satisfied[m->reset_state[r]] = d->off_reset[r];
+            s->reset[m->reset_state[r]] = d->off_reset[r];
         }
     }
 }
 
-/* Tests that states have jumped at the present. */
-static int jumps(const bgc_model *m, const bgc_data *d) {
-    int found = 0;
-
-    for (int k = 0; k < m->n_jump; k++) {
-        found |= d->jumped_at[k] == d->core.t;
-    }
-    return found;
-}
-
 /* Tests that rates or states have changed at the event, by more than rounding. */
-static int changes_motion(const bgc_model *m, const bgc_data *d, const double *before,
-                          const double *after) {
-    int changed = jumps(m, d);
+static int changes_motion(const bgc_model *m, const bgc_sensitivities *s) {
+    const double *before = s->rate, *after = s->rate_after;
+    int changed = s->jumps > 0;
 
     for (int i = 0; i < m->n_state; i++) {
         changed |= !(fabs(after[i] - before[i]) <= same_rate * (fabs(before[i]) + fabs(after[i])));
@@ -190,30 +216,23 @@ static int changes_motion(const bgc_model *m, const bgc_data *d, const double *b
     return changed;
 }
 
-/* Carries the derivatives of block b through the event, which is delayed by the parameters: s->rate and
- * s->rate_after are the rates of the states ahead of it and behind. */
-static bgc_status carry(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, bgc_sensitivity_block *b,
-                        const bgc_moment *behind, lane delay) {
-    const int n = m->n_state;
-    lane *v = s->along;
+bgc_status bgc_carry_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
+                                 bgc_sensitivity_block *b, const double *ahead, const bgc_moment *behind,
+                                 lane *v) {
+    const lane delay = v[m->n_state];
     bgc_status status = BGC_OK;
 
-    for (int i = 0; i < n; i++) {
-        v[i] = b->now[i] + s->rate[i] * delay;
+    memcpy(s->reset, ahead, (size_t)m->n_state * sizeof *ahead);
+    for (int k = 0; k <= s->jumps && status == BGC_OK; k++) {
+        const bgc_moment at = before_jump(m, s, k, behind), next = before_jump(m, s, k + 1, behind);
+        status = bgc_satisfy_sensitivity(m, d, s, b, &at, s->reset, delay, v);
+        if (status == BGC_OK && k < s->jumps) {
+            carry_through_resets(m, d, s, b, &at, v);
+            bgc_project_sensitivity(m, s, b, next.t, s->reset, v);
+            status = bgc_close_sensitivity(m, d, s, b, &next, s->reset, delay, v);
+        }
     }
-    v[n] = delay;
-    memcpy(s->before_satisfied, d->next, (size_t)n * sizeof *d->next);
-    if (m->n_jump > 0) {
-        carry_through_resets(m, d, s, b, v);
-    }
-    if (jumps(m, d)) {
-        bgc_project_sensitivity(m, s, b, behind->t, s->before_satisfied, v);
-        status = bgc_close_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
-    }
-    if (status == BGC_OK) {
-        status = bgc_satisfy_sensitivity(m, d, s, b, behind, s->before_satisfied, delay, v);
-    }
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < m->n_state; i++) {
         b->now[i] = v[i] - s->rate_after[i] * delay;
     }
     return status;
@@ -222,6 +241,7 @@ static bgc_status carry(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, b
 /* After an event, with the new modes; d->next has the states before a jump, d->u_step their modes. */
 bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of) {
     bgc_sensitivities *s = of;
+    const int n = m->n_state;
     const double t = d->core.t;
     const int again = t - s->event_at <= same_time * fabs(t);
     const bgc_moment start = {d->core.t_old, d->y0, d->u_step}, ahead = {t, d->next, d->u_step};
@@ -232,26 +252,31 @@ bgc_status bgc_differentiate_event(const bgc_model *m, bgc_data *d, void *of) {
     bgc_status status;
 
     bgc_follow_chosen_rows(m, d, s);
-    status = find_rate(m, d, s, &start, before);
+    status = bgc_find_rate(m, d, s, &start, before);
     if (status != BGC_OK) {
         return status;
     }
     find_speeds(m, s, &start, before, earlier);
-    status = find_rate(m, d, s, &ahead, before);
+    status = bgc_find_rate(m, d, s, &ahead, before);
     find_speeds(m, s, &ahead, before, speed);
     if (status == BGC_OK) {
-        status = find_rate(m, d, s, &behind, after);
+        status = bgc_find_rate(m, d, s, &behind, after);
     }
-    moves = changes_motion(m, d, before, after);
+    moves = changes_motion(m, s);
     if (moves) {
         m->switches(d->h, t, d->next, d->u_step, d->off_argument, d->work);
     }
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
+        lane *v = s->along;
         status = moves ? differentiate_time(m, d, s, b, d->off_argument, speed, earlier, again, b->delay)
                        : BGC_OK;
+        for (int i = 0; i < n; i++) {
+            v[i] = b->now[i] + before[i] * (moves ? *b->delay : lane_of(0.0));
+        }
+        v[n] = moves ? *b->delay : lane_of(0.0);
         if (status == BGC_OK) {
-            status = carry(m, d, s, b, &behind, moves ? *b->delay : lane_of(0.0));
+            status = bgc_carry_sensitivity(m, d, s, b, d->next, &behind, v);
         }
     }
     s->event_at = moves ? t : s->event_at;

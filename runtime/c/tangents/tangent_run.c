@@ -39,7 +39,15 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, void *of, double t,
 bgc_status bgc_run_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                  const double *times, size_t n, double *rows, double *slopes,
                                  size_t *done) {
-    const bgc_follower follower = {s, bgc_differentiate_step, bgc_differentiate_event, write_row};
+    const bgc_follower follower = {
+        .of = s,
+        .step = bgc_differentiate_step,
+        .event = bgc_differentiate_event,
+        .jump = bgc_note_jump,
+        .before_inputs = bgc_keep_before_inputs,
+        .inputs = bgc_differentiate_inputs,
+        .row = write_row,
+    };
     bgc_status status;
 
     s->slopes = slopes;

@@ -98,6 +98,7 @@ static bgc_status solve(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
 static void differentiate_jacobian(const bgc_model *m, bgc_sensitivities *s, bgc_sensitivity_block *b,
                                    const step *of) {
     memcpy(b->at_jac, b->now, (size_t)m->n_state * sizeof *b->now);
+    memcpy(b->at_jac + m->n_state, b->q + m->n_hoist, (size_t)m->n_held * sizeof *b->q);
     if (s->kernel->jacobian != NULL) {
         memcpy(s->change, b->now, (size_t)m->n_state * sizeof *b->now);
         s->change[m->n_state] = lane_of(0.0);
@@ -128,6 +129,14 @@ static void multiply_change_of_jacobian(const bgc_model *m, bgc_sensitivities *s
     }
 }
 
+static void exchange(int n, lane *a, lane *b) {
+    for (int i = 0; i < n; i++) {
+        const lane kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
+    }
+}
+
 /* s->right += J' U_i + slope (df/dt)'. */
 static void add_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
                                    bgc_sensitivity_block *b, int i, double slope) {
@@ -144,8 +153,10 @@ static void add_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_se
     s->change[m->n_state] = lane_of(0.0);
     bgc_spread(m->n_state, stage_of(m, d, i), s->along);
     s->along[m->n_state] = lane_of(slope);
+    exchange(m->n_held, b->q + m->n_hoist, b->at_jac + m->n_state);
     s->kernel->curvature(s->h, lane_of(s->t_jac), s->x_jac, s->u_jac, s->change, b->q, s->along,
                          s->result, s->work);
+    exchange(m->n_held, b->q + m->n_hoist, b->at_jac + m->n_state);
     for (int k = 0; k < m->n_state; k++) {
         s->right[k] += s->result[k];
     }
@@ -320,6 +331,7 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     if (of.tableau == NULL) {
         return BGC_BAD_ARGUMENT;
     }
+    s->jumps = 0;
     bgc_follow_chosen_rows(m, d, s);
     if (!d->core.left) {
         status = spread_step(m, d, s, &of);
