@@ -303,3 +303,59 @@ def test_values_outside_their_ranges_are_diagnosed(load, scene):
     model = load("hydraulics", scene)
     for name, value in OUTSIDE[scene].items():
         assert refusals(model.simulate, parameters={name: value})[0].code == "BG061", name
+
+
+def characteristics(closing, times, n=600):
+    """Pressure at the valve by the method of characteristics in pressures and flows, n reaches."""
+    sound, area, flow0 = np.sqrt(2.2e6), np.pi / 4 * 0.01, np.pi / 4 * 0.01
+    z, step, tank = 1000 * sound / area, 300 / n / sound, 25 * BAR
+
+    def drop(q):
+        reynolds = 4 * np.abs(q) / (np.pi * 0.1 * 1e-6)
+        laminar = 128 * 1000 * 1e-6 * 300 / n / (np.pi * 0.1**4) * q
+        return laminar * (1 + (reynolds / 1188) ** 4) ** (3 / 16)
+
+    q = np.full(n + 1, flow0)
+    p = tank - np.arange(n + 1) * drop(flow0)
+    at, found = 0.0, []
+    for wanted in times:
+        while at < wanted:
+            at += step
+            ahead = p[:-1] + z * q[:-1] - drop(q[:-1])  # arrive at 1 .. n
+            back = p[1:] - z * q[1:] + drop(q[1:])  # arrive at 0 .. n - 1
+            p[1:-1], q[1:-1] = (ahead[:-1] + back[1:]) / 2, (ahead[:-1] - back[1:]) / (2 * z)
+            p[0], q[0] = tank, (tank - back[0]) / z
+            q[-1] = flow0 * (1 - np.clip((at - 0.2) / closing, 0, 1))
+            p[-1] = ahead[-1] - z * q[-1]
+        found.append(p[-1])
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("scene", "error"), [("closing", 0.03), ("closing_fine", 0.01)])
+def test_a_line_of_characteristics_agrees_with_a_fine_grid(load, scene, error):
+    """A valve that closes in 0.15 s, 0.37 of the time of a wave to the tank and back."""
+    result = load("hydraulics", scene).simulate(error=False)
+    expected = characteristics(0.15, result.time)
+    size = np.ptp(expected)
+    difference = np.abs(result["pressure"] - expected)
+    assert np.sqrt((difference**2).mean()) < error * size
+    assert result["pressure"].max() == pytest.approx(expected.max(), rel=5e-3)
+
+
+def test_an_instant_closure_gives_joukowskys_pressure(load):
+    result = load("hydraulics", "closing").simulate(
+        parameters={"closing": 1e-6}, error=False, every=2e-3
+    )
+    before, after = (result["pressure"][np.searchsorted(result.time, t)] for t in (0.19, 0.206))
+    assert after - before == pytest.approx(1000 * np.sqrt(2.2e6), rel=1e-9)
+    # Until it is back, friction that no longer acts adds to it; no volume is lost.
+    packed = result["pressure"][np.searchsorted(result.time, 0.59)] - after
+    assert 0 < packed < 1 * BAR
+    stored = (result["entered"] - result["passed"])[-1]
+    assert abs(stored) < 300 * np.pi / 4 * 0.01 * 20 * BAR / 2.2e9
+
+
+def test_a_line_of_characteristics_never_gives_more_than_it_took(load):
+    result = load("hydraulics", "shaken").simulate(error=False)
+    assert result["taken"].min() > -1e-9
+    assert result["taken"].max() > 1
