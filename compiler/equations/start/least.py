@@ -1,12 +1,12 @@
 """The least change of the free states of a start that satisfies conditions, in numbers.
 
 Each step solves the conditions linearised at the present point, with the least change from the
-start (sequential quadratic programming with a diagonal metric):
+start (sequential quadratic programming with a fixed diagonal metric):
 
     [D A'; A 0] [dy; l] = [D (y0 - y); -F],    D = 1/size^2 of a free state, 0 of a loop's unknown.
 
-The sizes equilibrate A: a merged momentum or an unknown of a loop has no certain scale, and may be
-twelve orders beside the others.
+The sizes equilibrate A at the first point: a merged momentum or an unknown of a loop has no certain
+scale, and may be twelve orders beside the others.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 import random
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from operator import mul
+from operator import mul, truediv
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.dense import solve_dense
@@ -98,20 +98,19 @@ class LeastChange:
         """The multipliers l with which `A' l` comes nearest to the slopes."""
         target = self.values(slopes, at)
         table = self._slopes_at(residuals, at)
-        solved = self._step(table, target, [0.0] * len(residuals), *self._scaling(table))
+        solved = self._step(table, target, [0.0] * len(residuals), self._sizes_in(table))
         return None if solved is None else solved[1]
 
     # --- iteration ----------------------------------------------------------------------------
 
     def _descend(self, residuals: Sequence[Node], point: Sequence[float]) -> list[float] | None:
-        y = list(point)
+        y, units = list(point), self._sizes_in(self._slopes_at(residuals, point))
         for _ in range(_ITERATIONS):
             missed, slopes = self.values(residuals, y), self._slopes_at(residuals, y)
-            units, lengths = self._scaling(slopes)
             pull = [0.0] * len(y)
             for j in range(self._free):
                 pull[j] = (self._start[j] - y[j]) / units[j] ** 2
-            solved = self._step(slopes, pull, [-x for x in missed], units, lengths)
+            solved = self._step(slopes, pull, [-x for x in missed], units)
             if solved is None:
                 return None
             change = solved[0]
@@ -148,12 +147,12 @@ class LeastChange:
         pull: Sequence[float],
         right: Sequence[float],
         sizes: Sequence[float],
-        lengths: Sequence[float],
     ) -> tuple[list[float], list[float]] | None:
         """The change of the unknowns and the multipliers: the linear system of a step."""
         count, more = len(self._start), len(slopes)
-        pairs = zip(slopes, lengths, strict=True)
-        scaled = [[a * s / x for a, s in zip(row, sizes, strict=True)] for row, x in pairs]
+        scaled = [[a * s for a, s in zip(row, sizes, strict=True)] for row in slopes]
+        lengths = [_largest(row) or 1.0 for row in scaled]
+        scaled = [[a / x for a in row] for row, x in zip(scaled, lengths, strict=True)]
         table = [
             [float(i == j < self._free) for j in range(count)] + [row[i] for row in scaled]
             for i in range(count)
@@ -167,19 +166,14 @@ class LeastChange:
         change = [a * s for a, s in zip(solved, sizes, strict=False)]
         return change, [a / x for a, x in zip(solved[count:], lengths, strict=True)]
 
-    def _scaling(self, slopes: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
-        """The sizes of unknowns and the lengths of rows with which no entry is larger than 1.
-
-        Each row and each column of the scaled table has an entry near 1, if it has any.
-        """
+    def _sizes_in(self, slopes: Sequence[Sequence[float]]) -> list[float]:
+        """The sizes of unknowns with which each row and column, scaled, has an entry near 1."""
         sizes = self._sizes
-        for _ in range(_SCALINGS):
+        for _ in range(_SCALINGS if slopes else 0):
             lengths = [_largest(map(mul, row, sizes)) or 1.0 for row in slopes]
-            columns = zip(
-                *([a / x for a in row] for row, x in zip(slopes, lengths, strict=True)), strict=True
-            )
-            sizes = [1.0 / largest if (largest := _largest(c)) else 1.0 for c in columns] or sizes
-        return sizes, lengths
+            columns = (map(truediv, column, lengths) for column in zip(*slopes, strict=True))
+            sizes = [1.0 / (_largest(column) or 1.0) for column in columns]
+        return sizes
 
     def _size(self, row: Sequence[float], y: Sequence[float]) -> float:
         """The size of a residual's terms."""
