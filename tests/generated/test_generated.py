@@ -70,6 +70,15 @@ def test_a_program_that_was_refused_has_equations(seed: int, tmp_path: Path) -> 
     compile_scene(path, Options(), until="equations")
 
 
+@pytest.mark.parametrize("seed", [101115, 103043])
+def test_rates_are_not_divided_by_a_pivot_that_may_vanish(seed: int, tmp_path: Path) -> None:
+    """The rates of momenta that a nonlinear law hides, where their equations stay regular."""
+    path = tmp_path / "program.bg"
+    path.write_text(write(draw_program(seed)), encoding="utf-8")
+    equations = compile_scene(path, Options(), until="equations").equations
+    assert not equations.divisors
+
+
 def test_a_run_with_defaults_leaves_the_root_that_it_starts_at(tmp_path: Path) -> None:
     """At the start a throttle without flow has an infinite slope, and an event follows at once.
 

@@ -20,7 +20,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.constraints import derivative_with_unknown
 from bgc.equations.loops.singular_jacobian import Row, require_determined
 from bgc.equations.loops.substitution import Resolver
-from bgc.equations.variables.definitions import Column, Explicit, Rate, Unknown, Variables
+from bgc.equations.variables.definitions import Column, Explicit, Kept, Rate, Unknown, Variables
 from bgc.ir.graph import Equation, Node
 
 # --- unknowns of the graph ----------------------------------------------------------------------
@@ -84,7 +84,7 @@ def _parts(variables: Variables, node: Node) -> tuple[Node, ...]:
             return (inner,)
         case Rate(of):
             return (of,)
-        case Unknown():
+        case Unknown() | Kept():
             return ()
 
 

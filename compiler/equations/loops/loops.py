@@ -20,7 +20,7 @@ from bgc.algebra.strong_components import strong_components, vertices_on_cycles
 from bgc.algebra.symbolic_systems import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.rates import RateTerms
-from bgc.equations.variables.definitions import Explicit, Rate, Variables
+from bgc.equations.variables.definitions import Explicit, Kept, Rate, Unknown, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor, Loop, LoopKind, LoopSolution, PositiveParameter
 from bgc.record_class import dataclass
@@ -131,6 +131,10 @@ class _Loop:
         assert isinstance(definition, Explicit)
         return definition.node
 
+    def _is_unknown(self, symbol: Node) -> bool:
+        """Return whether a symbol is found from a residual."""
+        return isinstance(self._variables.define(symbol), Unknown | Kept)
+
     def _inside(self, node: Node) -> Iterator[Node]:
         """The members of the loop that a member depends on."""
         return (x for x in self._needs(node) if x in self._members)
@@ -146,7 +150,7 @@ class _Loop:
 
     def tear(self) -> list[Node]:
         """Choose the torn variables: unknowns of equations, and a symbol of each other cycle."""
-        unknowns = (s for s in self._symbols if s in self._equation_of)
+        unknowns = filter(self._is_unknown, self._symbols)
         return sorted(vertices_on_cycles(self._symbols, self._inside, unknowns))
 
     def order_without(self, torn: Sequence[Node]) -> list[Node]:
@@ -208,7 +212,7 @@ class _Loop:
         for symbol in torn:
             coefficients, rest = self._form_of_target(symbol, forms)
             row = {column[s]: c for s, c in coefficients.items()}
-            if symbol not in self._equation_of:
+            if not self._is_unknown(symbol):
                 own = column[symbol]
                 row[own] = dag.sub(row.get(own, dag.zero), dag.one)
             matrix.append(row)
@@ -318,7 +322,7 @@ class _Loop:
     def residual(self, symbol: Node, final: Mapping[Node, Node], stand_in: Node) -> Node:
         """The residual of a torn variable, for which a symbol stands in the final nodes."""
         value = self._value_of_target(symbol, final)
-        return value if symbol in self._equation_of else self._dag.sub(value, stand_in)
+        return value if self._is_unknown(symbol) else self._dag.sub(value, stand_in)
 
     def invert(self, symbol: Node, final: Mapping[Node, Node], stand_in: Node) -> Node | None:
         """Solve for a single torn variable in closed form, if its law can be inverted."""

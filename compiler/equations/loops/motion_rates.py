@@ -83,7 +83,7 @@ class _Settling:
         for symbol in waiting:  # which grows
             if symbol not in found:
                 found[symbol] = self._following(symbol, states)
-                waiting += self._held([found[symbol]])
+                waiting += self._held([found[symbol], *self._settled.rates.values()])
         return found
 
     def _held(self, roots: Sequence[Node]) -> list[Node]:
@@ -114,20 +114,20 @@ class _Settling:
         self, node: Node, states: Sequence[ProgramState], symbol: Node
     ) -> dict[Node, Node]:
         """The rates of time and of the states in a node, algebraic ones included."""
-        dag = self._dag
+        dag, settled = self._dag, self._settled
         direction = {dag.symbol(Kind.TIME): dag.one}
-        unknown: dict[Node, Node] = {}  # algebraic state -> its residual
         waiting = [node]
         while waiting:
             for inner, leaf in dag.symbols_in([waiting.pop()], Kind.STATE, Kind.INPUT).items():
                 if leaf.kind is Kind.INPUT:
                     raise self._variables.places.no_rate(symbol, leaf)
-                if inner in direction or inner in unknown:
+                if inner in direction:
                     continue
                 rate = states[leaf.index].derivative
                 if states[leaf.index].kind == "algebraic":
-                    unknown[inner] = self._steady(rate, symbol)
-                    waiting.append(unknown[inner])
+                    settled.residuals[inner] = self._steady(rate, symbol)
+                    direction[inner] = settled.rate_of_unknown(inner, symbol)
+                    waiting.append(settled.residuals[inner])
                 else:
-                    direction[inner] = self.rested(rate)
-        return direction | self._settled.implicit_rates(symbol, unknown, direction)
+                    direction[inner] = settled.rates[leaf.index] = self.rested(rate)
+        return direction

@@ -13,8 +13,8 @@ from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import directional_derivative
 from bgc.algebra.strong_components import strong_components
 from bgc.equations.loops.loops import AlgebraicState, solve_loop
-from bgc.equations.loops.rates import RateTerms, implicit_rates, rate_terms
-from bgc.equations.variables.definitions import Explicit, Rate, Unknown, Variables
+from bgc.equations.loops.rates import RateTerms, rate_terms
+from bgc.equations.variables.definitions import Explicit, Kept, Rate, Unknown, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor, Loop, ProgramState
 
@@ -42,11 +42,12 @@ class Resolver:
         self._variables = variables
         self._dag: Dag = variables.dag
         self._states = states
-        self._rates = rates
+        self.rates = dict(rates)
         self._equation_of = equation_of
         self.final: dict[Node, Node] = {}
         self.algebraic: list[AlgebraicState] = []
         self.residuals: dict[Node, Node] = {}  # of the unknowns of loops, all as final nodes
+        self._unknown_rates: dict[Node, Node] = {}  # unknown of a loop -> its raw rate
         self.loops: list[Loop] = []
         self.divisors: list[Divisor] = []  # of loops, which may vanish
         self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
@@ -72,7 +73,7 @@ class Resolver:
 
     def rate_of_state(self, number: int) -> Node | None:
         """The final rate of a state; None where equations determine it."""
-        rate = self._rates.get(number)
+        rate = self.rates.get(number)
         return None if rate is None else self.resolve(rate)
 
     def raw_state(self, number: int) -> Node:
@@ -104,33 +105,37 @@ class Resolver:
             case Rate(of):
                 yield of
                 if of in self.final:
-                    yield from self._rates_behind(node, self.final[of])
+                    yield from self._rates_in(node, self.final[of]).values()
+            case Kept(residual):
+                yield from self._rates_in(node, residual).values()
 
     def _is_free(self, symbol: Symbol) -> bool:
         """Return whether a symbol stays: the rate of a declared state in an equation does."""
         declared = symbol.kind is Kind.RATE and symbol.index < self._declared
         return symbol.kind in self._free or declared
 
-    def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
-        """The derivatives of the states that a final node depends on."""
-        for inner, symbol in self._varying_in(of).items():
-            rate = self._rates.get(symbol.index) if symbol.kind is Kind.STATE else None
-            if rate is not None:
-                yield rate
-            elif inner not in self.residuals:
+    def _rates_in(self, node: Node, of: Node) -> dict[Node, Node]:
+        """The raw rates of the states and unknowns in a final node whose rate a raw node is."""
+        found: dict[Node, Node] = {}
+        for inner, symbol in self._dag.symbols_in([of]).items():
+            if symbol.kind in {Kind.PARAM, Kind.TIME}:
+                continue
+            rate = self.rates.get(symbol.index) if symbol.kind is Kind.STATE else None
+            if rate is None and inner not in self.residuals:
                 raise self._variables.places.no_rate(node, symbol)
-
-    def _varying_in(self, of: Node) -> dict[Node, Symbol]:
-        """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
-        found, waiting = dict[Node, Symbol](), [of]
-        while waiting:
-            for inner, symbol in self._dag.symbols_in([waiting.pop()]).items():
-                if symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
-                    continue
-                found[inner] = symbol
-                if inner in self.residuals:
-                    waiting.append(self.residuals[inner])
+            found[inner] = self.rate_of_unknown(inner, node) if rate is None else rate
         return found
+
+    def rate_of_unknown(self, unknown: Node, asking: Node) -> Node:
+        """The raw rate of a loop's unknown, with which its residual stays zero.
+
+        In messages it belongs to the element of the raw symbol that asks for it first.
+        """
+        if unknown not in self._unknown_rates:
+            element = self._variables.places.element_of(asking)
+            kept = Kept(self.residuals[unknown])
+            self._unknown_rates[unknown] = self._variables.new_rate(kept, element)
+        return self._unknown_rates[unknown]
 
     def _finish(self, node: Node) -> Node:
         """The final node of one whose needs are all final."""
@@ -150,41 +155,14 @@ class Resolver:
             case Rate(of):
                 self.rates_read.append((node, self.final[of]))
                 return self._rate(node, self.final[of])
-            case Unknown():
+            case Unknown() | Kept():
                 raise self._variables.places.unsolvable([node])
 
     def _rate(self, symbol: Node, of: Node) -> Node:
-        dag = self._dag
-        rates, unknown = self._moving(of)
-        direction = {dag.symbol(Kind.TIME): dag.one}
-        direction |= {inner: self.final[rate] for inner, rate in rates.items()}
-        direction |= self.implicit_rates(symbol, unknown, direction)
-        return directional_derivative(dag, of, direction)
-
-    def implicit_rates(
-        self, symbol: Node, unknown: Mapping[Node, Node], direction: Mapping[Node, Node]
-    ) -> dict[Node, Node]:
-        """The rates of unknowns that the rate of a raw symbol needs; see `rates.py`."""
-        doubtful: set[Node] = set()
-        found = implicit_rates(self._variables, unknown, direction, doubtful)
-        self._watch(symbol, doubtful)
-        return found
-
-    def _watch(self, symbol: Node, divisors: Collection[Node]) -> None:
-        """Note divisors by which a rate was found, and which may vanish."""
-        places = self._variables.places
-        what, span = f"a divisor of `{places.name_of(symbol)}`", places.span_of(symbol)
-        self.divisors += [Divisor(node, what, span) for node in sorted(divisors)]
-
-    def _moving(self, of: Node) -> tuple[dict[Node, Node], dict[Node, Node]]:
-        """The raw rates of the states in a final node, and the residuals of the unknowns in it."""
-        rates, unknown = dict[Node, Node](), dict[Node, Node]()
-        for inner, symbol in self._varying_in(of).items():
-            if inner in self.residuals:
-                unknown[inner] = self.residuals[inner]
-            else:
-                rates[inner] = self._rates[symbol.index]
-        return rates, unknown
+        direction = {self._dag.symbol(Kind.TIME): self._dag.one}
+        rates = self._rates_in(symbol, of).items()
+        direction |= {inner: self.final[rate] for inner, rate in rates}
+        return directional_derivative(self._dag, of, direction)
 
     def _close(self, members: list[Node]) -> None:
         """Solve an algebraic loop; what is not linear becomes algebraic states."""
@@ -203,8 +181,12 @@ class Resolver:
             self.residuals[self._dag.symbol(Kind.STATE, number)] = state.residual
             self.algebraic.append(state)
         self.resolve_all(members)  # a rate whose weight is zero needs what no unknown needs
-        if solved.states or not self._is_one_law(members):
+        if solved.states or not (self._is_one_law(members) or self._are_rates(members)):
             self.loops.append(solved.loop)
+
+    def _are_rates(self, members: Sequence[Node]) -> bool:
+        """Return whether a cycle is that of the rates of a loop's unknowns alone."""
+        return all(isinstance(self._variables.definitions.get(node), Kept) for node in members)
 
     def _rates_among(self, members: Sequence[Node]) -> dict[Node, RateTerms]:
         """The rates in a loop of nodes that do not belong to it themselves."""
@@ -212,16 +194,15 @@ class Resolver:
         for node in members:
             if self._dag.symbol_of(node) is None:
                 continue
-            definition = self._variables.define(node)
-            if isinstance(definition, Rate) and definition.of in self.final:
-                self.rates_read.append((node, self.final[definition.of]))
-                found[node] = self._rate_terms(node, self.final[definition.of])
-        return found
-
-    def _rate_terms(self, symbol: Node, of: Node) -> RateTerms:
-        doubtful: set[Node] = set()
-        found = rate_terms(self._variables, of, *self._moving(of), doubtful)
-        self._watch(symbol, doubtful)
+            match self._variables.define(node):
+                case Rate(raw) if raw in self.final:
+                    of = self.final[raw]
+                    self.rates_read.append((node, of))
+                case Kept(of):
+                    pass
+                case _:
+                    continue
+            found[node] = rate_terms(self._dag, of, self._rates_in(node, of))
         return found
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:

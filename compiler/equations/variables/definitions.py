@@ -47,7 +47,14 @@ class Rate:
     of: Node
 
 
-Definition: TypeAlias = Explicit | Unknown | Rate
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The variable is the rate of a loop's unknown, with which this final node stays zero."""
+
+    residual: Node
+
+
+Definition: TypeAlias = Explicit | Unknown | Rate | Kept
 
 # A value that holds one of these is not known before the start.
 _NOT_BEFORE = frozenset({Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE, Kind.START})
@@ -186,10 +193,14 @@ class Variables:
 
     def rate_of(self, node: Node, element: int) -> Node:
         """A symbol for the rate of change of a node, which belongs to an element."""
+        return self.new_rate(Rate(node), element)
+
+    def new_rate(self, definition: Rate | Kept, element: int) -> Node:
+        """A symbol for a rate, which belongs to an element."""
         index = len(self.causal.graph.states) + self._rates
         self._rates += 1
         symbol = self.dag.symbol(Kind.RATE, index)
-        self.set_definition(symbol, Rate(node), element)
+        self.set_definition(symbol, definition, element)
         return symbol
 
     def set_definition(self, symbol: Node, definition: Definition, element: int) -> None:
