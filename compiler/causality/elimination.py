@@ -33,9 +33,10 @@ from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.certificates import Certifier, Rank, Size
 from bgc.causality.regions import Structure
 from bgc.causality.sequential import eliminate_in_sequence
-from bgc.causality.working_rows import FLOW_SOURCE, INERTIA, Elimination, WorkingRows
+from bgc.causality.working_rows import FLOW_SOURCE, INERTIA, READ, Elimination, WorkingRows
 
 _LAST = FLOW_SOURCE + 1  # added to the level for a pivot that may vanish: when nothing else is left
+_SPARED = (INERTIA, READ, FLOW_SOURCE)  # levels below which an inverted block is solved
 _HUB = 64  # rows with a class, from which on it waits by a lower bound of its key
 _WEAK = 1e-3  # beside the largest entry of its row: a pivot below it is avoided if possible
 
@@ -101,7 +102,7 @@ class _Work:
         self._followers = [0] * len(structure.classes)  # steps whose working row has a class
         self._blocks = [block for block in structure.blocks if block.varies]
         # Rows of blocks that cannot be inverted as they are, by the level that was asked for.
-        self._refused: dict[int, set[int]] = {INERTIA: set(), FLOW_SOURCE: set()}
+        self._refused: dict[int, set[int]] = {level: set() for level in _SPARED}
         self._queue: list[tuple[_Key, int]] = []
         self._largest: dict[int, float] = {}  # row -> its largest entry that does not vary
         for number in range(len(structure.classes)):
@@ -112,13 +113,12 @@ class _Work:
         while True:
             pivot = self._next_pivot()
             if pivot is None:
-                if not (self._invert_block(INERTIA) or self._invert_block(FLOW_SOURCE)):
+                if not any(map(self._invert_block, _SPARED)):
                     return self._rows
                 continue
             level, number, row = pivot
-            if level >= INERTIA and (
-                self._invert_block(INERTIA) or self._invert_block(FLOW_SOURCE)
-            ):
+            spared = [limit for limit in _SPARED if INERTIA <= level >= limit - 1]
+            if any(map(self._invert_block, spared)):
                 self._enqueue(number)
             else:
                 self._solve(number, row)

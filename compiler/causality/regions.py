@@ -61,6 +61,7 @@ class Structure:
     class_of: tuple[int, ...]
     rows: tuple[Row, ...]
     blocks: tuple[Block, ...]
+    read: frozenset[int]  # classes whose flow, or what is stored by it, a modulus reads
     bond_loops: tuple[int, ...]  # bonds that close a loop of junctions; across is indeterminate
     closing: tuple[Row, ...]  # of cut junctions; elimination leaves them out
 
@@ -120,6 +121,7 @@ def junction_structure(graph: FlatGraph, cut: frozenset[int] = frozenset()) -> S
         class_of=class_of,
         rows=tuple(rows),
         blocks=tuple(blocks),
+        read=_read_by_moduli(graph, dual, class_of),
         bond_loops=bond_loops,
         closing=tuple(closing),
     )
@@ -212,6 +214,25 @@ def _classes(
         numbers.setdefault(sets.find(bond), len(numbers)) for bond in range(len(graph.bonds))
     )
     return class_of, tuple(closing)
+
+
+def _read_by_moduli(
+    graph: FlatGraph, dual: Sequence[bool], class_of: Sequence[int]
+) -> frozenset[int]:
+    """The classes whose through variable a modulus reads, or the state of a storage port there."""
+    moduli = [e for e in graph.elements if isinstance(e, Transformer | Gyrator)]
+    nodes = [node for element in moduli for row in element.matrix for node in row]
+    kinds = (Kind.FLOW, Kind.EFFORT, Kind.MOMENTUM, Kind.DISPLACEMENT)
+    symbols = graph.dag.symbols_in(nodes, *kinds).values()
+    through = [
+        s.index for s in symbols if s.kind in kinds[:2] and (s.kind is Kind.EFFORT) == dual[s.index]
+    ]
+    states = {s.index for s in symbols if s.kind in kinds[2:]}
+    storage = [e for e in graph.elements if isinstance(e, Storage)] if states else []
+    through += [
+        port.bond for e in storage for k, port in enumerate(e.ports, e.first_state) if k in states
+    ]
+    return frozenset(class_of[bond] for bond in through)
 
 
 def _members(class_of: Sequence[int], ports: Sequence[ElementPort]) -> tuple[BondClass, ...]:

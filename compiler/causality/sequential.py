@@ -26,13 +26,14 @@ from bgc.causality.working_rows import (
     EFFORT_SOURCE,
     FLOW_SOURCE,
     INERTIA,
+    READ,
     RESISTANCE,
     WorkingRows,
 )
 
-_PLACES = {RESISTANCE: 0, EFFORT_SOURCE: 1, COMPLIANCE: 2, INERTIA: 4, BARE: 5}
+_PLACES = {RESISTANCE: 0, EFFORT_SOURCE: 1, COMPLIANCE: 2, READ: 4, INERTIA: 5, BARE: 6}
 _COORDINATE = 3  # place of a class without an element that a transformer spreads
-_FOLLOWING = 6  # place of a class that a transformer without an inverse gives
+_FOLLOWING = 7  # place of a class that a transformer without an inverse gives
 
 
 def eliminate_in_sequence(

@@ -20,10 +20,11 @@ _LEVELS = {
     Role.COMPLIANCE: 2,
     Role.RESISTANCE: 3,
     Role.INERTIA: 5,
-    Role.FLOW_SOURCE: 6,
+    Role.FLOW_SOURCE: 7,
 }
 BARE = 0  # level of classes without an element
 CARRYING = 4  # of those that move an inertia, by a modulus that may vanish, where asked for
+READ = 6  # of inertias that a modulus reads: it is known where their states are
 EFFORT_SOURCE, COMPLIANCE, RESISTANCE, INERTIA, FLOW_SOURCE = _LEVELS.values()
 
 
@@ -86,6 +87,9 @@ class WorkingRows:
         self.levels = [level_of(c, structure.ports) for c in structure.classes]
         for number in carrying:
             self.levels[number] = max(self.levels[number], CARRYING)
+        for number in structure.read:
+            if self.levels[number] == INERTIA:
+                self.levels[number] = READ
         self._rows: list[Row] = []
         self._forms: list[_Form] = []  # working row of each row
         self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class
