@@ -1,4 +1,4 @@
-"""The servo loop (`runtime/c/servo`) as a shared object of its own, compiled on first use."""
+"""The servo loop (`runtime/c/servo`) and the process of a driver, compiled on first use."""
 
 from __future__ import annotations
 
@@ -17,20 +17,30 @@ def build_servo(cache: Cache) -> Path:
 
     Raises BgError BG053 where the compiler rejects it.
     """
+    return _build(cache, "servo", ".so", ("-shared", "-pthread"))
+
+
+def build_host(cache: Cache) -> Path:
+    """Compile the program that runs the driver of a device, or find it, as `build_servo`."""
+    return _build(cache, "host", "", ("-pthread", "-ldl"))
+
+
+def _build(cache: Cache, part: str, suffix: str, kind: tuple[str, ...]) -> Path:
+    """Compile a folder of the runtime to a file of its own."""
     toolchain = find_toolchain()
     folder = runtime_directory()
-    sources = sorted((folder / "servo").glob("*.c"))
+    sources = sorted((folder / part).glob("*.c"))
     headers = [*sorted(folder.glob("*.h")), *sorted((folder / "servo").glob("*.h"))]
     texts = [path.read_text("utf-8") for path in (*sources, *headers)]
     identity = (*toolchain.command, toolchain.version, machine_identity())
-    name = f"{digest_of((*identity, *RUNTIME_FLAGS, *texts))}.so"
+    name = f"{digest_of((*identity, *RUNTIME_FLAGS, *kind, *texts))}{suffix}"
     if (found := cache.blob("models", name)) is not None:
         return found
     with cache.workplace() as place:
         made = Path(place) / name
         files = [str(path) for path in sources]
-        flags = (*RUNTIME_FLAGS, "-shared", "-pthread", f"-I{folder}", *files, "-o", made.name)
-        done = toolchain.run((*flags, "-lm"), Path(place))
+        flags = (*RUNTIME_FLAGS, f"-I{folder}", *files, "-o", made.name, *kind, "-lm")
+        done = toolchain.run(flags, Path(place))
         if done.returncode != 0:
             raise BgError([compiler_rejected_code(toolchain.name, done.stdout, str(folder))])
         return cache.publish("models", name, made)

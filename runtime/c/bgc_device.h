@@ -11,6 +11,9 @@
  *
  * read, write and last_error are called from one thread at a time, at the rate of the servo loop: they
  * allocate nothing, wait for no lock and return well within a period.
+ *
+ * In real time a driver runs in a process of its own. Where that hangs or ends, another process calls open,
+ * write with zero force, and close; so open must succeed again once the first process is gone.
  */
 #ifndef BGC_DEVICE_H
 #define BGC_DEVICE_H

@@ -1,5 +1,6 @@
 """Options and the view on the terminal that the commands in real time share."""
 
+import signal
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _MOST_VALUES = 12
 _PERIOD = 0.1  # s between two views
+_PROMPT = 0.5  # s in which the force falls after SIGTERM
 
 
 class LimitOptions(OptionGroup):
@@ -45,7 +47,7 @@ def follow(loop: Realtime, quiet: bool, menu: "Menu | None" = None) -> Report:
     """Run a loop until it ends or Ctrl-C ends it; print why it failed, return the final report.
 
     A terminal shows a view of it ten times a second, drawn off the loop, unless `quiet`. A second
-    Ctrl-C does not wait until the force has fallen.
+    Ctrl-C does not wait until the force has fallen, and another signal only for half a second.
     """
     live = None if quiet or not sys.stderr.isatty() else _live()
     try:
@@ -57,9 +59,10 @@ def follow(loop: Realtime, quiet: bool, menu: "Menu | None" = None) -> Report:
                 if live is not None:
                     live = _updated(live, loop, menu)
                 loop.pause(_PERIOD)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as asked:
+            is_prompt = asked.args not in ((), (signal.SIGINT,))
             try:
-                return loop.stop()
+                return loop.stop(within=_PROMPT if is_prompt else None)
             except KeyboardInterrupt:
                 return loop.stop(at_once=True)
         return loop.close()

@@ -32,7 +32,7 @@ def catch_signals() -> Caught:
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         caught.number = caught.number or number
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt(number)
 
     _handle_ending(interrupt)
     if hasattr(signal, "SIGPIPE"):

@@ -22,6 +22,7 @@ from bgc.diagnostics.catalogue.realtime import (
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.public import public_function
 from bgc.language.solver import Solver, SolverKeywords
+from bgc.record_class import replace
 from bgc.runtime.realtime.course import (
     Course,
     make_course,
@@ -29,6 +30,7 @@ from bgc.runtime.realtime.course import (
     places_of,
     resting_poses,
 )
+from bgc.runtime.realtime.driver_process import WITHOUT_HARDWARE, DriverProcess
 from bgc.runtime.realtime.loop_options import RealtimeOptions
 from bgc.runtime.realtime.loop_records import (
     POSE_STAMP,
@@ -95,6 +97,8 @@ class Realtime:
         self.warnings: list[Diagnostic] = []
         self._on_records = on_records
         self._given = options.checked()
+        if clock is not None:  # on which no other process runs
+            self._given = replace(self._given, supervise=False)
         self._parameters = parameters or {}
         self._final: Report | None = None
         self._own = {k: v for k, v in (devices or {}).items() if not isinstance(v, str)}
@@ -108,6 +112,7 @@ class Realtime:
         self._exchanging, self._feeding = Lock(), Lock()
         library = load_servo()
         self._defaults = library.defaults
+        self._library, self._processes = library, list[DriverProcess]()
         self._options = options_of(course, library.defaults(), self._given, duration)
         self._servo = Servo(library, course.instance, self._options, model.row_width, clock)
         self._pointers = Pointers(self._servo, self._found, course.instance)
@@ -118,6 +123,7 @@ class Realtime:
             self.at_rest: AtRest | None = course.start()
         except BaseException:
             self._servo.free()
+            self._end_processes()
             raise
         self._record = record
         self._recorder = None if record is None else Recorder(record, self.devices)
@@ -128,8 +134,13 @@ class Realtime:
 
     def _open_devices(self) -> None:
         for index, device in enumerate(self._found):
-            options = os.fsencode(device.options)
-            status, message = self._servo.open(index, device.address, options)
+            address, options = device.address, os.fsencode(device.options)
+            if self._given.supervise and device.driver not in WITHOUT_HARDWARE:
+                library = device.library or self._courses[0].instance.library.functions
+                process = DriverProcess(self._library, device, library._name, self._options)
+                self._processes.append(process)
+                address, options = self._library.remote, b"fd=%d" % process.file
+            status, message = self._servo.open(index, address, options)
             if status is not Status.OK:
                 reason = quotable(message)
                 raise BgError([device_not_opened(device.name, device.driver, reason)])
@@ -194,14 +205,16 @@ class Realtime:
             raise
         return self.close()
 
-    def stop(self, *, at_once: bool = False) -> Report:
+    def stop(self, *, at_once: bool = False, within: float | None = None) -> Report:
         """End the loop when the force has fallen to zero; return the final report.
 
         The force falls in the time of the ramp, while the model runs on; with `at_once` it is zero
-        after the present sample. A device without motors makes no difference.
+        after the present sample, and with `within` after so many seconds, whatever the ramp.
         """
         if self._final is None:
             self._servo.stop(at_once)
+            if within is not None and not self._servo.join(within):
+                self._servo.stop(at_once=True)
         return self.close()
 
     def close(self) -> Report:
@@ -222,7 +235,14 @@ class Realtime:
         with self._exchanging, self._feeding:  # other threads may still hand over something
             self._final = self._read_report()
             self._servo.free()
+            self._end_processes()
         return self._final
+
+    def _end_processes(self) -> None:
+        for process in self._processes:
+            process.ask_to_close()
+        while self._processes:
+            self._processes.pop().close()
 
     def _join(self) -> None:
         """Wait for the threads as long as the loop takes samples; BG775 where it does not end."""
@@ -422,6 +442,8 @@ class Realtime:
             self._take()
             if self._servo.report().end != End.RUNNING:
                 break
+            for thread in self._threads:
+                thread.watch(self._given.stale)
             self._ended.wait(_DRAIN_SECONDS)
         self._take()
         self._ended.set()

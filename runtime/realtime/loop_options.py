@@ -74,6 +74,10 @@ class RealtimeOptions:
         "real-time priority and locked memory are asked for", of=True, where=Where.PYTHON
     )
 
+    supervise: bool = option(
+        "drivers of hardware run in processes of their own", of=True, where=Where.PYTHON
+    )
+
     def checked(self) -> RealtimeOptions:
         """Return the options; BG066 for one that is out of range."""
         for name in options_of(RealtimeOptions, Where.PYTHON):

@@ -73,7 +73,8 @@ class Report:
         model; what of it was taken back; and what a hand has received of it since the force last
         rose from zero, and not yet given back, J.
     zero_after
-        Time from the instant of the failed sample to zero force, s; None without an end.
+        Time from the instant of the failed sample to zero force, s; None without an end, and where
+        a device is `unsettled`: its driver did not confirm zero force.
     fifo, locked
         Whether SCHED_FIFO and locked memory were granted; None where they were not asked for.
     lost_records
@@ -114,6 +115,7 @@ class Report:
     taken: float
     owed: float
     zero_after: float | None
+    unsettled: bool
     fifo: bool | None
     locked: bool | None
     lost_records: int
@@ -179,6 +181,8 @@ class Report:
             )
         if self.late_poses and self.lag is not None:
             yield messages.lag_exceeded(self.late_device, self.lag, self.late_poses, self.samples)
+        if self.unsettled:
+            yield messages.zero_not_confirmed()
         if self.lost_records:
             yield messages.records_lost(self.lost_records)
 
@@ -220,6 +224,7 @@ def report_of(
         created=raw.created,
         taken=raw.taken,
         owed=raw.owed,
+        unsettled=bool(raw.unsettled),
         zero_after=None if raw.zero_after < 0 else raw.zero_after,
         fifo=_granted(raw.fifo),
         locked=_granted(raw.locked),
@@ -261,7 +266,7 @@ def _problem(
         case End.JUMP:
             return messages.implausible_pose(raw.time, device, reason)
         case End.STUCK:
-            return messages.device_stuck(raw.time, device, options.stale)
+            return messages.device_stuck(raw.time, device, options.stale, reason)
         case End.LATE:
             return messages.too_late(raw.time, raw.missed, raw.samples)
         case End.STALLED:

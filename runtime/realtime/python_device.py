@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from threading import Event, Thread
@@ -12,6 +13,7 @@ import numpy as np
 from bgc.runtime.results.arrays import Array
 
 _RATE = 200.0  # Hz at most
+_CLOSING = 0.3  # s for the present call, and zero force
 
 
 @runtime_checkable
@@ -43,6 +45,7 @@ class PythonThread:
         self._device, self._feed, self._force, self._failed = device, feed, force, failed
         self._ended = Event()
         self._thread = Thread(target=self._run, daemon=True)
+        self._called = math.inf  # when the present call began, s
         self._answered = 0.0  # stamp of the pose that the force of the object answers; 0: none
         self._give()
         self._thread.start()
@@ -50,16 +53,27 @@ class PythonThread:
     def stop(self) -> None:
         """End the thread after its present call, and write zero force."""
         self._ended.set()
-        self._thread.join(timeout=1.0)
+        self._thread.join(timeout=_CLOSING)
+
+    def watch(self, longest: float) -> None:
+        """Report a call that has not returned for `longest` seconds, once; 0: never.
+
+        Nothing can end a thread: the object keeps the force that it was given.
+        """
+        if longest > 0.0 and now() - self._called > longest:
+            self._called = math.inf
+            self._failed(f"a call has not returned for {longest:g} s; it keeps its force")
 
     def _run(self) -> None:
         write = getattr(self._device, "write", None)
         try:
             while not self._ended.wait(1.0 / _RATE):
+                self._called = now()
                 self._give()
                 if write is not None and (written := self._force()) is not None:
                     force, self._answered = written
                     write(force[:3], force[3:6], float(force[6]))
+                self._called = math.inf
             if write is not None:
                 write(np.zeros(3), np.zeros(3), 0.0)
         except Exception as problem:  # the object is the user's: any error ends the loop

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import weakref
 from ctypes import (
     CFUNCTYPE,
@@ -41,6 +42,7 @@ POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
 _ABI = 5  # BGC_SERVO_ABI
+_MESSAGE = 512  # bytes
 _PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
@@ -70,6 +72,18 @@ class End(IntEnum):
     STALLED = 8
     NO_THREAD = 9
     JUMP = 10
+
+
+class RemoteState(IntEnum):
+    """The state of a driver in a process of its own: `servo/shared.h`."""
+
+    WITHOUT_POSE = -1
+    STARTING = 0
+    OPEN = 1
+    REFUSED = 2
+    FAULTY = 3
+    DEAD = 4
+    CLOSED = 5
 
 
 class _ModelTable(Structure):
@@ -140,6 +154,7 @@ class ReportStruct(Structure):
         *((name, c_double) for name in _VALUES),
         ("released", c_int),
         ("in_driver", c_int),
+        ("unsettled", c_int),
         ("late_device", c_int),
         *((name, TimesStruct) for name in ("lateness", "jitter", "work")),
         ("message", c_char * 256),
@@ -194,6 +209,9 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_servo_retired": (c_int, (c_void_p,)),
     "bgc_servo_next": (None, (c_void_p,)),
     "bgc_servo_free": (None, (c_void_p,)),
+    "bgc_remote_share": (c_int, (c_int, c_double, c_double, c_int)),
+    "bgc_remote_end": (None, (c_int,)),
+    "bgc_remote_state": (c_int, (c_int, c_char_p, c_size_t)),
 }
 
 
@@ -208,6 +226,24 @@ class ServoLibrary:
         options = self.functions.bgc_servo_defaults()
         assert isinstance(options, OptionsStruct)
         return options
+
+    @property
+    def remote(self) -> int:
+        """The address of the driver of a device whose own driver runs in another process."""
+        return ctypes.addressof(c_char.in_dll(self.functions, "bgc_servo_remote"))
+
+    def share(self, file: int, options: OptionsStruct) -> None:
+        """Make a file ready that such a process shares with a loop."""
+        silence = max(options.watchdog, 3.0 * options.period) if options.watchdog else 0.0
+        given = options.period, silence, options.realtime
+        if error := self.functions.bgc_remote_share(file, *given):
+            raise OSError(error, os.strerror(error))
+
+    def remote_state(self, file: int) -> tuple[RemoteState, str]:
+        """The state of such a process, and the reason of a fault."""
+        message = ctypes.create_string_buffer(_MESSAGE)
+        state = self.functions.bgc_remote_state(file, message, _MESSAGE)
+        return RemoteState(state), message.value.decode("utf-8", "backslashreplace")
 
 
 def load_servo() -> ServoLibrary:
@@ -265,7 +301,7 @@ class Servo:
 
     def open(self, index: int, driver: int, options: bytes) -> tuple[Status, str]:
         """Open a device with the driver at an address; return the driver's message too."""
-        message = ctypes.create_string_buffer(512)
+        message = ctypes.create_string_buffer(_MESSAGE)
         status = self._functions.bgc_servo_open(
             self._servo, index, driver, options, message, len(message)
         )

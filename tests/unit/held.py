@@ -73,12 +73,20 @@ def prepare(folder: Path) -> Path:
     """Fill a folder with the model `held.bg` and the device `faulty.so`; return it."""
     (folder / "still.csv").write_text("time,x,y,z\n0,0.02,0,0\n")
     (folder / "held.bg").write_text(SCENE)
-    source = Path(__file__).parent / "devices/faulty.c"
+    build_driver("faulty", folder)
+    return folder
+
+
+def build_driver(name: str, folder: Path) -> Path:
+    """Compile a driver of `devices` into a folder."""
+    source = Path(__file__).parent / f"devices/{name}.c"
     flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L"]
     include = f"-I{runtime_directory()}"
-    made = ["-shared", "-fPIC", "-o", str(folder / "faulty.so"), str(source), "-lm"]
-    subprocess.run(["cc", *flags, include, *made], check=True)
-    return folder
+    made = folder / f"{name}.so"
+    subprocess.run(
+        ["cc", *flags, include, "-shared", "-fPIC", "-o", str(made), str(source), "-lm"], check=True
+    )
+    return made
 
 
 class Bench:

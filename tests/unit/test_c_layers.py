@@ -25,6 +25,7 @@ UNITS = {
     "tangents": files_of("tangents/*.c"),
     "fmi": files_of("*.c", "fmi/*.c"),
     "servo": files_of("servo/*.c"),
+    "host": files_of("host/*.c"),
     "web": files_of("*.c", "web/*.c"),
 }
 

@@ -23,11 +23,14 @@ def bad_pose(time: float, device: str) -> None: ...
 )
 def implausible_pose(time: float, device: str, reason: str) -> None: ...
 @error(
-    "BG763: device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); its "
+    "BG763: device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s){why}; its "
     "force is zero",
     'check the device and what sends its data; `--stale "0.5 s"` allows more time',
 )
-def device_stuck(time: float, device: str, stale: float) -> None: ...
+def device_stuck(time: float, device: str, stale: float, reason: str) -> Values:
+    return {"why": f": {reason}" if reason else ""}
+
+
 @error(
     "BG764: {missed:,} of {samples:,} deadlines were missed up to t = {time:.9g} s; the "
     "force is zero",
@@ -108,6 +111,12 @@ def no_pointer(device: str | None, have: Sequence[str]) -> Values:
     "`read()` returns a mapping with `position` and so on; `write(..)` is optional",
 )
 def python_device_failed(device: str, reason: str) -> None: ...
+@warning(
+    "BG759: no driver could confirm zero force in the end: the device is lost, or does not open "
+    "again",
+    "the time guard of the device has to act; switch it off, and look at what its driver reported",
+)
+def zero_not_confirmed() -> None: ...
 @warning(
     "BG780: the force on `{device}` ({stiffness:.4g} N/m) needs a damping of {needed:.4g} N*s/m "
     "to be passive, {of_stiffness:.4g} of it for the stiffness; {have}",

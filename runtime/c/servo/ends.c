@@ -13,7 +13,9 @@ void bgc_servo_finish(bgc_servo *s, bgc_servo_end cause, int64_t due) {
     bgc_servo_note(s, cause, -1, NULL);
     if (atomic_load(&s->owner) == BGC_LOOP || bgc_servo_claim(s, BGC_LOOP)) {
         bgc_servo_write_zero(s);
-        bgc_servo_set(&s->zero_after, 1e-9 * (double)(bgc_servo_now(s) - due));
+        if (!atomic_load(&s->unsettled)) {
+            bgc_servo_set(&s->zero_after, 1e-9 * (double)(bgc_servo_now(s) - due));
+        }
         atomic_store(&s->owner, BGC_NOBODY);
     }
     bgc_servo_set(&s->gain, 0.0);

@@ -201,6 +201,7 @@ void bgc_servo_loop(bgc_servo *s) {
         if (!take_sample(c, c->origin + (double)c->samples * period, wanted, begun)) {
             return;
         }
+        bgc_servo_announce(s, due + tick, c->origin + (double)c->samples * period);
         bgc_servo_add(&s->samples, 1);
         bgc_servo_set(&s->elapsed, 1e-9 * (double)(begun - first));
         if (((double)k + 0.5) * period >= s->options.duration) {

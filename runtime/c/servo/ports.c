@@ -17,6 +17,20 @@ void bgc_servo_write_zero(bgc_servo *s) {
             port->given = none;
         }
     }
+    /* All have been written before the first one is waited for. */
+    for (int k = 0; k < s->ports; k++) {
+        if (s->port[k].driver == &bgc_servo_remote && !bgc_remote_settle(s->port[k].handle)) {
+            atomic_store(&s->unsettled, 1);
+        }
+    }
+}
+
+void bgc_servo_announce(bgc_servo *s, int64_t due, double time) {
+    for (int k = 0; k < s->ports; k++) {
+        if (s->port[k].driver == &bgc_servo_remote) {
+            bgc_remote_announce(s->port[k].handle, due, time);
+        }
+    }
 }
 
 /* Notes the cause of the end that is under way, unless there is one. */
@@ -55,6 +69,12 @@ int bgc_servo_has_motors(const bgc_servo *s) {
 /* The reason of a driver's last fault. */
 static const char *reason_of(const bgc_port *port) {
     return port->driver->last_error != NULL ? port->driver->last_error(port->handle) : NULL;
+}
+
+/* That the driver hangs, where it runs in another process and does. */
+static const char *hang_of(const bgc_servo *s, const bgc_port *port) {
+    return port->driver == &bgc_servo_remote ? bgc_remote_hang(port->handle, bgc_servo_ns(s->options.period))
+                                             : NULL;
 }
 
 /* Refuses a pose that is not finite, or that no hand can have: 0, with the reason noted. */
@@ -143,7 +163,7 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
         bgc_servo_add(&s->no_news, 1);
         if (s->options.stale > 0.0 && port->can.driven != 0 &&
             now - port->news_at > bgc_servo_ns(s->options.stale)) {
-            bgc_servo_note(s, BGC_SERVO_STUCK, slot->port, NULL);
+            bgc_servo_note(s, BGC_SERVO_STUCK, slot->port, hang_of(s, port));
             return BGC_DEVICE_LOST;
         }
     } else {

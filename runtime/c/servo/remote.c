@@ -22,7 +22,9 @@
 #include <sys/syscall.h>
 #endif
 
-#define PATIENCE 100000000 /* ns: for a process in reserve to open its device and write zero */
+/* ns: until a call hangs for good; for a process to come to its turn, and for one in reserve to open its device
+ * and write zero; between two looks */
+enum { GRACE = 50000000, PATIENCE = 100000000, LOOK = 20000 };
 
 typedef struct {
     bgc_shared *shared;
@@ -148,26 +150,19 @@ static int is_settled(bgc_shared *shared) {
     return (!is_served && atomic_load(&shared->is_zero)) || atomic_load(&shared->spare) != 0;
 }
 
-/* Waits until an instant at most for zero force; 1: it is there. */
-static int wait_for_zero(bgc_shared *shared, int64_t until) {
-    while (!is_settled(shared)) {
-        if (remote_now() >= until) {
-            return 0;
-        }
-        bgc_system_clock.sleep(NULL, remote_now() + 20000);
-    }
-    return 1;
-}
-
 int bgc_remote_settle(void *handle) {
     bgc_shared *shared = ((const remote_device *)handle)->shared;
-    const int hangs = bgc_remote_hang(handle, shared->period) != NULL;
+    const int64_t begun = remote_now();
+    int is_killed = 0;
 
-    if (!wait_for_zero(shared, remote_now() + (hangs ? 0 : shared->period))) {
-        if (atomic_load(&shared->pid) > 0) {
+    /* A process that only waits for its turn writes zero itself. */
+    while (!is_settled(shared) && remote_now() - begun < 2 * PATIENCE) {
+        const int hangs = bgc_remote_hang(handle, GRACE) != NULL;
+        if (!is_killed && (hangs || remote_now() - begun > PATIENCE) && atomic_load(&shared->pid) > 0) {
             kill(atomic_load(&shared->pid), SIGKILL);
+            is_killed = 1;
         }
-        wait_for_zero(shared, remote_now() + PATIENCE);
+        bgc_system_clock.sleep(NULL, remote_now() + LOOK);
     }
     return is_settled(shared) && atomic_load(&shared->spare) != 2;
 }

@@ -133,6 +133,7 @@ void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *r) {
     r->taken = atomic_load(&s->taken);
     r->owed = atomic_load(&s->owed);
     r->released = atomic_load(&s->released);
+    r->unsettled = atomic_load(&s->unsettled);
     r->in_driver = atomic_load(&s->in_driver);
     r->lateness = bgc_times_of(&s->lateness);
     r->jitter = bgc_times_of(&s->jitter);

@@ -111,6 +111,7 @@ typedef struct {
     double created, taken, owed; /* J: by ramp and limits, taken back of it, and what a hand still has of it */
     int released;        /* 1: the dead man's button is not held */
     int in_driver;       /* 1: the watchdog found the loop in a call of a driver, and wrote nothing */
+    int unsettled;       /* 1: a device did not take zero force in the end */
     int late_device;     /* that measured the largest lag above what it states, or -1 */
     bgc_servo_times lateness, jitter, work;
     char message[256];   /* of a driver */
@@ -174,5 +175,13 @@ int bgc_servo_retired(const bgc_servo *s);
 void bgc_servo_next(bgc_servo *s);
 /* Zero force, closes the devices and frees; not before the threads have ended. */
 void bgc_servo_free(bgc_servo *s);
+
+/* A device whose driver runs in another process (host/host.c): the driver to open it with, and `fd=FILE` as its
+ * options. FILE is an empty file of its own, made ready here: period and silence in s; 0, or an errno. */
+extern const bgc_driver bgc_servo_remote;
+int bgc_remote_share(int file, double period, double silence, int realtime);
+/* Its state, of servo/shared.h, below 0 where it is open but has given no pose; and the reason of a fault. */
+int bgc_remote_state(int file, char *message, size_t size);
+void bgc_remote_end(int file); /* asks the process to write zero and to close the device */
 
 #endif

@@ -1,5 +1,5 @@
 /* servo_internal.h: an instance of the loop, shared by the files of this folder. They call each other in the
- * order ports.c, ends.c, loop.c, exchange.c, servo.c, threads.c, each only those before it. */
+ * order clock.c, remote.c, ports.c, ends.c, loop.c, exchange.c, servo.c, threads.c, each only those before it. */
 #ifndef BGC_SERVO_INTERNAL_H
 #define BGC_SERVO_INTERNAL_H
 
@@ -88,13 +88,19 @@ struct bgc_servo {
     atomic_int_fast64_t beat; /* ns: begin of the last sample */
     atomic_int_fast64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news;
     atomic_int_fast64_t lost_records, exchanges, late_poses, refused;
-    atomic_int late_device;
+    atomic_int late_device, unsettled;
     atomic_double time, elapsed, behind, gain, worst_power, zero_after, lag, excess;
     atomic_double fastest, given, created, taken, owed;
     bgc_histogram lateness, jitter, work;
 };
 
 extern const bgc_servo_clock bgc_system_clock;
+
+/* remote.c: the driver of a device whose own driver runs in another process. */
+void bgc_remote_announce(void *handle, int64_t due, double time); /* of the next sample: ns, s of the model */
+/* That a call of the driver has not returned for so many ns; NULL: it has. */
+const char *bgc_remote_hang(void *handle, int64_t since);
+int bgc_remote_settle(void *handle); /* waits for the zero that was written; 1: the device has it */
 
 static inline int64_t bgc_servo_ns(double seconds) { return (int64_t)(1e9 * seconds + 0.5); }
 
@@ -116,6 +122,7 @@ static inline void bgc_servo_set(atomic_double *value, double to) {
 extern const bgc_pose bgc_servo_resting;
 extern const bgc_driver bgc_servo_stand_in; /* opened with the address of a slot as its options */
 void bgc_servo_write_zero(bgc_servo *s);    /* by the owner of the drivers */
+void bgc_servo_announce(bgc_servo *s, int64_t due, double time);
 void bgc_servo_note(bgc_servo *s, bgc_servo_end cause, int device, const char *message);
 int bgc_servo_is_quiet(const bgc_servo *s); /* no device has a force */
 int bgc_servo_has_motors(const bgc_servo *s);

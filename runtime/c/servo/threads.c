@@ -1,40 +1,12 @@
-/* threads.c: the clock of the system, the thread of the loop and that of the watchdog. */
+/* threads.c: the thread of the loop and that of the watchdog. */
 #include "servo_internal.h"
 
 #include <errno.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
-#include <time.h>
 
 enum { LOOP_PRIORITY = 80, WATCHDOG_PRIORITY = 81, STACK_TOUCHED = 65536 };
-
-static int64_t system_now(void *of) {
-    struct timespec t;
-
-    (void)of;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-static void system_sleep(void *of, int64_t until) {
-    const struct timespec t = {(time_t)(until / 1000000000), (long)(until % 1000000000)};
-
-#ifdef __APPLE__ /* without absolute sleep */
-    const int64_t rest = until - system_now(of);
-    const struct timespec span = {(time_t)(rest / 1000000000), (long)(rest % 1000000000)};
-    (void)t;
-    if (rest > 0) {
-        nanosleep(&span, NULL);
-    }
-#else
-    (void)of;
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) {
-    }
-#endif
-}
-
-const bgc_servo_clock bgc_system_clock = {system_now, system_sleep, NULL};
 
 /* 1: this thread has real-time priority from now on; or -errno. */
 static int take_priority(int priority) {
@@ -110,10 +82,10 @@ int bgc_servo_start(bgc_servo *s) {
 }
 
 int bgc_servo_join(bgc_servo *s, double seconds) {
-    const int64_t end = system_now(NULL) + (int64_t)(1e9 * seconds);
+    const int64_t end = bgc_system_clock.now(NULL) + (int64_t)(1e9 * seconds);
 
-    while (atomic_load(&s->threads) > 0 && system_now(NULL) < end) {
-        system_sleep(NULL, system_now(NULL) + 200000);
+    while (atomic_load(&s->threads) > 0 && bgc_system_clock.now(NULL) < end) {
+        bgc_system_clock.sleep(NULL, bgc_system_clock.now(NULL) + 200000);
     }
     if (atomic_load(&s->threads) == 0 && atomic_load(&s->locked) == 1) {
         munlockall();
