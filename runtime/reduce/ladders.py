@@ -1,7 +1,8 @@
 """Ladders of coarser forms of a scene's parts: smaller dimensions, and other models in slots.
 
-A dimension steps down by halves (`set boom.n = 4`, 2, 1); a slot takes the models that meet its
-interface (`use elbow.lock = Rigid[5]`). Parts of one array go together: `boom.flexure[*].lock`.
+A dimension steps down by halves (`set boom.n = 4`, 2, 1, 0); a slot takes the models that meet its
+interface (`use elbow.lock = Rigid[5]`), with the arguments of the present one that they take (`use
+line = ShortLine(..)`). Parts of one array go together: `boom.flexure[*].lock`.
 Only forms with fewer variables than the scene's own are kept; the numbers of the elaborated graph
 tell, so that nothing has to be compiled for it.
 """
@@ -25,6 +26,8 @@ from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 
 _INDEX = re.compile(r"\[[^\]]*\]")
+_BEHIND_NAME = re.compile(r"\W.*")
+_KEEPS = "(..)"  # of a type that takes arguments of the one it replaces
 _MOST_FORMS = 6  # of a part, the coarsest first
 
 
@@ -41,7 +44,10 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """The coarser forms of a part, the coarsest first, and the path of the part."""
+    """The coarser forms of a part, and its path.
+
+    Models that take arguments of the present one come first, and the coarsest first among them.
+    """
 
     part: str
     forms: tuple[Form, ...]
@@ -104,7 +110,7 @@ class Elaborations:
             if form is not None:
                 found.setdefault(part, []).append(form)
         ladders = (
-            Ladder(part, tuple(sorted(forms, key=lambda form: -form.saved)[:_MOST_FORMS]))
+            Ladder(part, tuple(sorted(forms, key=_preference)[:_MOST_FORMS]))
             for part, forms in found.items()
         )
         return Ladders(tuple(ladders), complete)
@@ -133,7 +139,7 @@ class Elaborations:
                     if same == size and other.startswith(f"{pattern}." if pattern else "")
                 ]
                 own = _joined(pattern, name)
-                if size > 1 and self._has_contents(pattern):
+                if size > 0 and self._has_contents(pattern):
                     yield own, [_sized(own, inside, less) for less in reversed(_halves(size))]
 
     def _slots(self) -> Iterator[tuple[str, list[list[tuple[Change, ...]]]]]:
@@ -144,9 +150,8 @@ class Elaborations:
             pattern = _pattern(change.name)
             paths.setdefault(pattern, set()).add(change.name)
             by_pattern.setdefault(pattern, {}).setdefault(change.value, set()).add(change.name)
-        filled = {_pattern(slot.path): slot.filled_by for slot in self.whole.slots}
         for pattern, values in by_pattern.items():
-            largest = self._parts_of(filled[pattern])
+            largest = self._parts_below(min(paths[pattern]))
             common = [
                 value
                 for value, seen in values.items()
@@ -155,9 +160,15 @@ class Elaborations:
             if self._has_contents(pattern):
                 yield pattern, [[(Change(pattern, value),)] for value in common]
 
+    def _parts_below(self, path: str) -> int:
+        """The parts and elements of a part of the whole scene."""
+        names = [element.name for element in self.whole.elements]
+        names += [part.path for part in self.whole.parts]
+        return sum(name.startswith(f"{path}.") for name in names)
+
     def _parts_of(self, model: str) -> float:
         """The parts of a model that are always there, from its text alone."""
-        declared = self.package.root.models.get(model.partition("[")[0])
+        declared = self.package.root.models.get(_BEHIND_NAME.sub("", model))
         return Census().least_parts(declared) if declared is not None else float("inf")
 
     def _has_contents(self, pattern: str) -> bool:
@@ -166,23 +177,31 @@ class Elaborations:
         return not pattern or any(_pattern(each.name).startswith(f"{pattern}.") for each in named)
 
 
+def _preference(form: Form) -> tuple[bool, float]:
+    """Models that take the arguments of the present one first, then those that save most."""
+    keeps = all(_KEEPS in change.value or not change.is_use for change in form.changes)
+    return not keeps, -form.saved
+
+
 def _halves(size: int) -> list[int]:
-    """The halves of a size, of a half and so on, down to 1."""
+    """The halves of a size, of a half and so on, down to 0."""
     found = []
-    while size > 1:
+    while size > 0:
         size //= 2
         found.append(size)
     return found
 
 
 def _sized(own: str, inside: Sequence[str], size: int) -> list[tuple[Change, ...]]:
-    """The ways to set a dimension: alone, with those inside, or one larger."""
+    """The ways to set a dimension: alone, with inner ones of its name, with all, or one larger."""
 
     def sets(names: Sequence[str], to: int) -> tuple[Change, ...]:
         return tuple(Change(name, str(to), is_use=False) for name in names)
 
     others = [name for name in inside if name != own]
-    return [sets([own], size), sets([own, *others], size), sets([own], size + 1)]
+    alike = [name for name in others if name.rpartition(".")[2] == own.rpartition(".")[2]]
+    found = [sets([own, *more], size) for more in ([], alike, others)]
+    return [*found, sets([own], size + 1)] if size else found
 
 
 def _pattern(path: str) -> str:
@@ -199,10 +218,11 @@ def _matching(change: Change, names: Sequence[str]) -> list[str]:
 
 
 def _size(graph: FlatGraph) -> float:
-    """The variables of a scene: its states, and a tenth of the ports of all elements."""
+    """The variables of a scene: its states, and shares of ports of elements and of expressions."""
     ports = sum(len(ports_of(element)) for element in graph.elements)
     stored = sum(len(e.ports) for e in graph.elements if isinstance(e, Storage))
-    return stored + len(graph.states) + len(graph.unknowns) + ports / 10
+    states = stored + len(graph.states) + len(graph.unknowns)
+    return states + ports / 10 + len(graph.dag) / 1000
 
 
 def _columns(graph: FlatGraph) -> list[str]:

@@ -68,7 +68,8 @@ def _as_type(slot: Slot, model: Declared[syntax.Model]) -> str | None:
     """
     formals, name = model.syntax.formals, model.syntax.name
     kept = "(..)" if any(takes(model, each) for each in slot.given) else ""
-    if slot.dims and len(formals) == len(slot.dims):
+    more = formals[len(slot.dims) :]
+    if slot.dims and len(formals) >= len(slot.dims) and all(f.default is not None for f in more):
         return f"{name}[{', '.join(map(str, slot.dims))}]{kept}"
     if formals and not slot.dims:
         kept = "(..)"  # its dimensions
