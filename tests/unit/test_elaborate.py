@@ -162,6 +162,32 @@ def test_pseudo_domains_carry_no_power():
     assert (bond.effort_unit, bond.flow_unit, bond.power) == ("K", "W", False)
 
 
+def test_elements_that_couple_a_pseudo_bond_carry_no_power_at_all():
+    graph = flat("""
+      pseudo domain Heat { effort T : K; flow Q : W; }
+      domain Line { effort F : N; flow v : m/s; }
+      model Body {
+        port p in : Heat;
+        port q in : Line;
+        shape : TF(ratio = 2);
+        node  : J0;
+        store : C[2](compliance = [[2, 1], [1, 2]]);
+        other : J0;
+        drive : GY(ratio = 3);
+        p -> shape -> node;
+        node, other -> store;
+        node -> drive -> q2;
+        q2 : J1;
+        q -> q2;
+      }
+      model M { s : Se(300 K); push : Se(1 N); b : Body; s -> b.p; push -> b.q; }
+    """)
+    power = {bond.name: bond.power for bond in graph.bonds}
+    assert not power["b.node -> b.store"]
+    assert not any(on for name, on in power.items() if "b.other" in name or "b.shape" in name)
+    assert power["b.drive -> b.q2"]
+
+
 # --- domains and the signals along bonds ------------------------------------------------
 
 # --- equations --------------------------------------------------------------------------

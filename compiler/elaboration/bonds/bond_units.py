@@ -106,6 +106,10 @@ class BondUnits:
         """Give the bonds of a junction common units."""
         self._sets.join(bonds)
 
+    def common(self, bond: int) -> int:
+        """The bond that stands for all those with its units."""
+        return self._sets.find(bond)
+
     def mark_pseudo(self, bond: int) -> None:
         """Declare that effort times flow of the bond is not a power; call this before any unit."""
         self._pseudo.add(self._sets.find(bond))

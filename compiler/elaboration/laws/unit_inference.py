@@ -6,6 +6,8 @@ in a program without any units too.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.bond_units import SECOND, BondUnits, Link, Ratio
 from bgc.elaboration.bonds.domains import Domains
@@ -18,6 +20,8 @@ from bgc.elaboration.laws.law_blocks import value_argument
 from bgc.language.elements import Family
 from bgc.values.units import DIMENSIONLESS, Dimension, divide, power
 from bgc.values.value import Value
+
+_COUPLING = frozenset({Family.TWO_PORT, Family.STORAGE, Family.RESISTOR})
 
 
 def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
@@ -56,12 +60,45 @@ def _from_domains(wiring: Wiring, domains: Domains, scalars: Scalars, units: Bon
                     found.append((facts, place, bond, port.declaration.span))
                     if facts.pseudo:
                         units.mark_pseudo(bond)
+    if any(facts.pseudo for facts, *_ in found):
+        _spread_pseudo(wiring, scalars, units, {bond for _, _, bond, _ in found})
     for facts, place, bond, span in found:
         effort, flow = facts.effort_units[place], facts.flow_units[place]
         if effort is not None:
             units.set_unit("effort", bond, effort, span)
         if flow is not None:
             units.set_unit("flow", bond, flow, span)
+
+
+def _spread_pseudo(
+    wiring: Wiring, scalars: Scalars, units: BondUnits, in_domains: Collection[int]
+) -> None:
+    """Mark bonds without a domain that an element joins to pseudo bonds.
+
+    Transformers, gyrators and fields keep, store or take effort times flow of all their bonds
+    together: where that is no power on one bond, it is none on the others.
+    """
+    joined = [
+        [
+            port.bond
+            for face in element.faces.values()
+            for ports in scalars.ports(face)
+            for port in ports
+        ]
+        for element in wiring.elements
+        if element.row.family in _COUPLING
+    ]
+    known = {units.common(bond) for bond in in_domains}
+    changed = True
+    while changed:
+        changed = False
+        for bonds in joined:
+            if all(map(units.is_power, bonds)):
+                continue
+            for bond in bonds:
+                if units.is_power(bond) and units.common(bond) not in known:
+                    units.mark_pseudo(bond)
+                    changed = True
 
 
 def _from_argument(
