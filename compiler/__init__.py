@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from bgc.runtime.compiling import compile_model as compile
     from bgc.runtime.model import Model
     from bgc.runtime.reduce.reduce import Reduction, reduce
+    from bgc.runtime.reduced_parts.reduced_part import ReducedPart, reduced_part
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.results.result import Result
     from bgc.runtime.running.failures import SimulationError
@@ -28,6 +29,7 @@ __all__ = [
     "BgWarning",
     "Ensemble",
     "Model",
+    "ReducedPart",
     "Reduction",
     "Result",
     "SimulationError",
@@ -35,6 +37,7 @@ __all__ = [
     "compile",
     "control",
     "reduce",
+    "reduced_part",
     "trade",
 ]
 
@@ -44,6 +47,7 @@ _HOMES = {
     "BgError": ("bgc.diagnostics.diagnostic", "BgError"),
     "Ensemble": ("bgc.runtime.results.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),
+    "ReducedPart": ("bgc.runtime.reduced_parts.reduced_part", "ReducedPart"),
     "Reduction": ("bgc.runtime.reduce.reduce", "Reduction"),
     "Result": ("bgc.runtime.results.result", "Result"),
     "SimulationError": ("bgc.runtime.running.failures", "SimulationError"),
@@ -51,6 +55,7 @@ _HOMES = {
     "compile": ("bgc.runtime.compiling", "compile_model"),
     "control": ("bgc.runtime.control", ""),  # the module itself
     "reduce": ("bgc.runtime.reduce.reduce", "reduce"),
+    "reduced_part": ("bgc.runtime.reduced_parts.reduced_part", "reduced_part"),
     "trade": ("bgc.runtime.trade.trade", "trade"),
     "load_ipython_extension": ("bgc.runtime.magic", "load_ipython_extension"),
 }

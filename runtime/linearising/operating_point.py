@@ -226,6 +226,10 @@ class OpenedModel:
         """Evaluate the right-hand sides f of M x' = f."""
         return self._numbers(self._form.rates, self._values(point))
 
+    def outputs(self, point: OperatingPoint) -> Array:
+        """Evaluate the outputs."""
+        return self._numbers(self._form.outputs, self._values(point))
+
     def by_state(self, point: OperatingPoint) -> Array:
         """Evaluate df/dx, dense."""
         n = len(self.opened.program.states)

@@ -69,6 +69,7 @@ bgc.runtime.activity
 bgc.runtime.trade
 bgc.runtime.stress
 bgc.runtime.studies
+bgc.runtime.reduced_parts
 bgc.runtime.reduce
 bgc.runtime.editor
 bgc.runtime.view

@@ -1,0 +1,1 @@
+"""Reduce parts with linear laws, as passive parts of fewer states with the same ports."""
