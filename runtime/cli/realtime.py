@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _MOST_VALUES = 12
 _PERIOD = 0.1  # s between two views
-_PROMPT = 0.5  # s in which the force falls after SIGTERM
+_PROMPT = 0.3  # s in which the force falls after SIGTERM
 
 
 class LimitOptions(OptionGroup):
@@ -47,7 +47,7 @@ def follow(loop: Realtime, quiet: bool, menu: "Menu | None" = None) -> Report:
     """Run a loop until it ends or Ctrl-C ends it; print why it failed, return the final report.
 
     A terminal shows a view of it ten times a second, drawn off the loop, unless `quiet`. A second
-    Ctrl-C does not wait until the force has fallen, and another signal only for half a second.
+    Ctrl-C does not wait until the force has fallen, and another signal only for 0.3 s.
     """
     live = None if quiet or not sys.stderr.isatty() else _live()
     try:

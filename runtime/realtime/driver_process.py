@@ -24,7 +24,7 @@ WITHOUT_HARDWARE = ("trace", "pointer", "gamepad", "spring_hand")
 _OPENING_STATES = (RemoteState.STARTING, RemoteState.WITHOUT_POSE)
 _OPENING = 120.0  # s in which a driver opens its device, which may be moved meanwhile
 _FIRST_POSE = 2.0  # s from there to the first pose
-_CLOSING = 0.3  # s in which it closes the device
+_CLOSING = 0.2  # s in which it closes the device
 _LOOK = 0.001  # s between two looks
 
 

@@ -161,7 +161,10 @@ class Report:
                 f"{1e3 * self.owed:.4g} mJ owed"
             )
         if self.fastest or self.refused:
-            yield f"fastest motion {self.fastest:.3g} m/s, poses refused: {self.refused}"
+            yield (
+                f"fastest motion {self.fastest:.3g} m/s, samples without a new pose: "
+                f"{self.no_news:,}, poses refused: {self.refused}"
+            )
         if self.lag is not None:
             yield f"largest lag measured: {self.lag:.3g} samples"
 

@@ -13,7 +13,7 @@ import numpy as np
 from bgc.runtime.results.arrays import Array
 
 _RATE = 200.0  # Hz at most
-_CLOSING = 0.3  # s for the present call, and zero force
+_CLOSING = 0.2  # s for the present call, and zero force
 
 
 @runtime_checkable

@@ -127,7 +127,7 @@ def not_passive(
 ) -> Values:
     have = f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
     damper = needed > 2.0 * of_stiffness
-    term = "damping of the coupling, which decides here," if damper else "stiffness"
+    term = "damping of the coupling (it decides here)" if damper else "stiffness"
     return {"have": have, "term": term}
 
 
