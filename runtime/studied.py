@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from bgc.diagnostics.public import public_class
+from bgc.language.column_names import name_in_si
 from bgc.language.solver import SolverKeywords
 from bgc.runtime.running.arguments import read_solver, seconds_of, with_solver_keywords
 from bgc.runtime.running.loaded_model import LoadedModel
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from bgc.runtime.results.study import Study
     from bgc.runtime.running.cases import Sets
     from bgc.runtime.running.inputs import Inputs
+    from bgc.runtime.studies.effects import Effects
     from bgc.runtime.studies.estimate import Estimate
     from bgc.runtime.studies.motion import Motion
     from bgc.runtime.studies.operability_result import Operability
@@ -334,6 +336,51 @@ class StudiedModel(LoadedModel):
             Goal(problem.objective, maximise is not None, judge), problem.criteria, problem.over,
             Search(search or "", starts, runs, seed), progress=progress, notices=notices,
         )  # fmt: skip
+
+    @with_solver_keywords
+    def effects(
+        self,
+        observe: Sequence[str] = (),
+        duration: Quantity | None = None,
+        *,
+        of: Sequence[str] = (),
+        every: Quantity | None = None,
+        **run: Unpack[SolverKeywords],
+    ) -> Effects:
+        """Find by how much each parameter changes observables, as `bgc sensitivity` does.
+
+        Derivatives are the sensitivities of the run, or central differences where it has none, at
+        the present values of the parameters.
+
+        Parameters
+        ----------
+        observe
+            Observables such as `max(tension)`; by default the largest magnitude, `peak(x)`, of each
+            observed column.
+        of
+            Names of parameters; by default all that are not 0.
+        duration, every, **run
+            As for `simulate`.
+
+        Raises
+        ------
+        BgError
+            An argument is at fault, or the run fails.
+
+        Examples
+        --------
+        >>> found = model.effects(["max(force)"], of=["mass", "speed"])  # doctest: +SKIP
+        >>> found.ranking("max(force)"), found.per_cent, found.plot()  # doctest: +SKIP
+        """
+        # As for `simulate_many`.
+        from bgc.runtime.studies.effects import effects
+        from bgc.runtime.studies.sweep import observables_of
+
+        columns = [v.name for v in self.outputs if v.name in {m.name for m in self.measured}]
+        texts = observe or [f"peak({name_in_si(column)})" for column in columns]
+        method, notices = method_of(self, read_solver(run))
+        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
+        return effects(self, method, times, observables_of(self, texts), of, notices)
 
     @with_solver_keywords
     def operability(

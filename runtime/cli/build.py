@@ -1,4 +1,4 @@
-"""Run 9: compile a scene to C, to a shared object or to an FMU."""
+"""Run 10: compile a scene to C, to a shared object or to an FMU."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Run 8: list drivers and haptic devices, and why one cannot be used."""
+"""Run 9: list drivers and haptic devices, and why one cannot be used."""
 
 import shutil
 from pathlib import Path

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bgc.diagnostics.diagnostic import BgError
 from bgc.printing.text_tables import Table
 from bgc.runtime.cli.command import Target, command, option, require
 from bgc.runtime.cli.options import PICTURE, MethodOptions, SceneOptions, Scheduler
@@ -17,7 +18,9 @@ from bgc.runtime.cli.printing import (
     print_written,
     save,
 )
+from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.observables import STEPPED
 from bgc.runtime.results.study import Study
 from bgc.runtime.results.study_kinds import STUDY_KINDS
 from bgc.runtime.running.parameter_grid import DESIGNS
@@ -104,11 +107,22 @@ def sweep(
         print_text(_summary(found), err=out == "-")
         tables += found.statistics().tables() if observed and out != "-" else []
     if rank:
-        tables += found.sensitivity().tables()
+        tables += found.sensitivity().tables(_local(model, found, method))
     print_tables(tables)
     if not quiet:
         print_written(out, drawn)
     return status or (AT_FAULT if found.failures else 0)
+
+
+def _local(model: Model, found: Study, method: MethodOptions) -> dict[str, dict[str, str]]:
+    """The effects of the varied parameters at their present values, where there are any."""
+    smooth = [name for name in found.names if not name.startswith(STEPPED)]
+    present = [name for name in found.parameters if model.parameters[name].value]
+    try:
+        effects = model.effects(smooth, of=present, **method.arguments) if smooth else None
+    except BgError:
+        return {}
+    return {name: effects.texts(name) for name in smooth} if effects else {}
 
 
 def _print_warnings(found: Ensemble | Study) -> None:

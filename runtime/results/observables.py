@@ -47,6 +47,19 @@ def _at(place: int | np.intp, x: Array, factor: float = 1.0) -> Array:
     return found
 
 
+def _at_extreme(x: Array, factor: float = 1.0) -> Array:
+    """The gradient of `factor` times the largest value, that of the parabola through three rows."""
+    place = int(x.argmax())
+    found = _at(place, x, factor)
+    if 0 < place < len(x) - 1:
+        before, here, after = x[place - 1 : place + 2]
+        bend = 2 * here - before - after
+        off = (after - before) / (2 * bend) if bend > 0 else 0.0  # of the vertex, in rows
+        weights = off * (off - 1) / 2, 1 - off * off, off * (off + 1) / 2
+        found[place - 1 : place + 2] = factor * np.array(weights)
+    return found
+
+
 def _by_norm(x: Array, weights: Array) -> Array:
     """The gradient of the root of the weighted squares, 0 where these vanish."""
     size = np.sqrt(weights @ (x * x))
@@ -61,8 +74,7 @@ def _by_quantile(x: Array, _: Array, share: float) -> Array:
 
 
 def _by_peak(x: Array, _weights: Array, _argument: float) -> Array:
-    place = int(np.abs(x).argmax())
-    return _at(place, x, float(np.sign(x[place])))
+    return _at_extreme(x) if x.max() >= -x.min() else _at_extreme(-x, -1.0)
 
 
 _Function = Callable[[Array, Array, float], float]
@@ -73,14 +85,14 @@ _Gradient = Callable[[Array, Array, float], Array]
 # whether the result has the unit of the column.
 _FUNCTIONS: Mapping[str, tuple[_Function, _Gradient | None, str, bool]] = MappingProxyType(
     {
-        "max": (lambda x, w, a: float(x.max()), lambda x, w, a: _at(x.argmax(), x), "", True),
-        "min": (lambda x, w, a: float(x.min()), lambda x, w, a: _at(x.argmin(), x), "", True),
+        "max": (lambda x, w, a: float(x.max()), lambda x, w, a: _at_extreme(x), "", True),
+        "min": (lambda x, w, a: float(x.min()), lambda x, w, a: _at_extreme(-x), "", True),
         "mean": (_mean, lambda x, w, a: w, "", True),
         "rms": (_rms, lambda x, w, a: _by_norm(x, w), "", True),
         "sd": (_sd, lambda x, w, a: _by_norm(x - w @ x, w), "", True),
         "range": (
             lambda x, w, a: float(x.max() - x.min()),
-            lambda x, w, a: _at(x.argmax(), x) + _at(x.argmin(), x, -1.0),
+            lambda x, w, a: _at_extreme(x) - _at_extreme(-x),
             "",
             True,
         ),
@@ -133,7 +145,7 @@ class Observable:
     def gradient(self, time: Array, values: Array) -> Array:
         """Compute its derivatives by the values of a column, all of which are finite, (rows,).
 
-        Extremes have that of the row where they are. `crossings` and `above` have none.
+        Extremes have that of the vertex of a parabola. `crossings` and `above` have none.
         """
         some = (time >= self.start) & (time <= self.end)
         _, by, _, _ = _FUNCTIONS[self.function]

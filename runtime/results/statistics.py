@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -125,12 +125,18 @@ class Sensitivity(Tabled):
         by = self.total[k] if self.total.size else np.abs(self.first[k])
         return [self.parameters[i] for i in np.argsort(-np.nan_to_num(by), kind="stable")]
 
-    def tables(self) -> list[Table]:
-        """A table for each observable, the most influential parameter first."""
+    def tables(self, local: Mapping[str, Mapping[str, str]] | None = None) -> list[Table]:
+        """A table for each observable, the most influential parameter first.
+
+        `local` are effects of 1 % of the parameters about one point, texts by observable and
+        parameter, for a last column.
+        """
         share = f"{100 * self.confidence:g} % interval"
         header: tuple[str, ...] = ("", self.measure, share)
         if self.total.size:
             header = ("", "first order", share, "total", share)
+        if local:
+            header = (*header, "by 1 % more")
         found = []
         for k, name in enumerate(self.names):
             rows = []
@@ -139,6 +145,8 @@ class Sensitivity(Tabled):
                 cells = [f"{self.first[k, i]:.3f}", _interval(self.first_interval[k, i])]
                 if self.total.size:
                     cells += [f"{self.total[k, i]:.3f}", _interval(self.total_interval[k, i])]
+                if local:
+                    cells.append(local.get(name, {}).get(parameter, "-"))
                 rows.append((parameter, *cells))
             title = f"{name}: influence of the parameters, from {counted(self.runs[k], 'run')}"
             found.append(Table(title, header, tuple(rows)))

@@ -101,3 +101,25 @@ def plot_operability(
         figure.colorbar(drawn, ax=axes, label="share of the limit (black line: limiting height)")
         figure.suptitle("\n".join(legend), fontsize="small")
     return figure
+
+
+def plot_effects(
+    columns: Sequence[tuple[str, Sequence[str], Array]], scene: str, path: Target
+) -> Figure:
+    """Draw a panel for each observable: its label, parameters, and the effects of 1 % of them."""
+    columns = [each for each in columns if each[1]] or columns[:1]
+    tall = max(len(names) for _, names, _ in columns)
+    with picture(path, 8.0, (0.9 + 0.24 * tall) * len(columns) + 0.5) as figure:
+        panels = figure.subplots(len(columns), 1, squeeze=False)[:, 0]
+        for place, (label, names, effects) in zip(panels, columns, strict=True):
+            rows = np.arange(len(names))
+            for sign, text in ((1, "1 % more"), (-1, "1 % less")):
+                place.barh(rows, sign * effects, 0.7, color=COLOURS[sign < 0], label=text)
+            place.axvline(0.0, color="black", linewidth=0.8)
+            place.set_yticks(rows, names)
+            place.invert_yaxis()
+            place.grid(axis="y", visible=False)
+            place.set_xlabel(f"change of {label}")
+        panels[0].legend(loc="lower right")
+        figure.suptitle(f"{scene}: effects of the parameters")
+    return figure

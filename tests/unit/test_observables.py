@@ -50,17 +50,34 @@ def test_observables_are_those_of_the_wave(text, expected):
 
 @pytest.mark.parametrize(
     "text",
-    "max(x); min(x); mean(x) from 1 s; rms(x); sd(x) to 2 s; range(x); peak(x); "
-    "first(x) from 0.3 s; last(x); quantile(x, 0.4); quantile(x, 1)".split("; "),
+    "mean(x) from 1 s; rms(x); sd(x) to 2 s; first(x) from 0.3 s; last(x); quantile(x, 0.4); "
+    "quantile(x, 1); max(x) to 0.01 s".split("; "),
 )
 def test_gradients_are_those_of_a_random_walk(text):
     rng = np.random.default_rng(1)
     time, walk = np.sort(rng.uniform(0, 4, 60)), -rng.normal(0, 1, 60).cumsum()
+    time[0] = 0
     (found,) = read_observables([text], COLUMNS, read_quantity)
     by, step = found.gradient(time, walk), 1e-6
     for k, unit in enumerate(np.eye(60)):
         ends = (found.of(time, walk + sign * step * unit) for sign in (1, -1))
         assert by[k] == pytest.approx(-np.diff([*ends])[0] / (2 * step), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("text", "of_mean", "of_amplitude"),
+    [("max(x)", 1, 1), ("min(x)", 1, -1), ("range(x)", 0, 2), ("peak(x)", 1, 1)],
+)
+def test_gradients_of_extremes_are_those_between_rows(text, of_mean, of_amplitude):
+    """Of 3 + 2 sin w t; by w its extremes do not change, though the values at rows do."""
+    time = np.linspace(0, 2.03, 400)
+    (found,) = read_observables([text], COLUMNS, read_quantity)
+    by = found.gradient(time, 3 + 2 * np.sin(7 * time))
+    assert by.sum() == pytest.approx(of_mean)
+    assert by @ np.sin(7 * time) == pytest.approx(of_amplitude, abs=1e-6)
+    assert by @ (2 * time * np.cos(7 * time)) == pytest.approx(0, abs=1e-3)
+    below = found.gradient(time, -3 + 2 * np.sin(7 * time))
+    assert below.sum() == pytest.approx(-1 if text == "peak(x)" else of_mean)
 
 
 def test_rows_of_unequal_intervals_are_weighted_by_time():
