@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
 
-from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Level, Symbol
 from bgc.emission.block_tables import print_blocks
 from bgc.emission.print_lu import MatrixText, is_unrolled
 from bgc.emission.switches import few_states_read
@@ -143,6 +144,7 @@ def model_tables(
 def _sizes(lowered: Lowered, matrix: MatrixText) -> dict[str, int]:
     """The sizes of the arrays of a model, by the members of `bgc_model` without `n_`."""
     program, plan = lowered.program, lowered.plan
+    dag = program.dag
     # A batch of instances stores the entries of the plan in as many numbers.
     factors = max(plan.entries, matrix.blocks.factors) if matrix.blocks else plan.entries
     return {
@@ -158,6 +160,7 @@ def _sizes(lowered: Lowered, matrix: MatrixText) -> dict[str, int]:
         "mass": len(program.mass or ()),
         "lu": factors,
         "check": len(program.positive),
+        "given_assert": sum(dag.level[guard.condition] <= Level.PARAM for guard in program.guards),
         "switch": len(lowered.switches),
         "timed": sum(switch.timed for switch in lowered.switches),
     }
@@ -200,10 +203,10 @@ def _closure_info(dag: Dag, closures: Closures) -> str:
 
 
 def number(value: float) -> str:
-    """A double as C text."""
-    if value in (float("inf"), float("-inf")):
+    """A double as C text; a default that does not exist is NAN, which no range contains."""
+    if math.isinf(value):
         return "INFINITY" if value > 0 else "-INFINITY"
-    return repr(float(value))
+    return "(double)NAN" if math.isnan(value) else repr(float(value))
 
 
 def quoted(text: str) -> str:

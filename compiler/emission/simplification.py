@@ -37,14 +37,17 @@ def optimise(program: Program) -> Program:
     """Return an equivalent program on a new DAG that contains only required nodes.
 
     A quotient of the model that cancels, as `x/x` does, leaves an assertion that its divisor is not
-    zero. Raises AssertionError if the fingerprint of an output changes.
+    zero. Assertions that parameters alone decide come first. Raises AssertionError if the
+    fingerprint of an output changes.
     """
     roots = nodes_of(program)
     dag, new = number_values(program.dag, roots)
     smaller = without_unused_divisors(map_nodes(program, dag, new.__getitem__))
     smaller = without_settled_jumps(smaller)
-    guards = tuple(_guards_of_cancelled(program.dag, roots, dag, new))
-    return replace(smaller, guards=(*smaller.guards, *guards)) if guards else smaller
+    guards = (*smaller.guards, *_guards_of_cancelled(program.dag, roots, dag, new))
+    return replace(
+        smaller, guards=tuple(sorted(guards, key=lambda g: dag.level[g.condition] > Level.PARAM))
+    )
 
 
 def _guards_of_cancelled(

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 19
+#define BGC_ABI 20
 
 typedef enum {
     BGC_OK = 0,
@@ -180,6 +180,7 @@ typedef struct bgc_model {
     const char *const *assertion;        /* messages */
     const char *const *param_check;      /* messages of positive(), n_check of them */
     int n_check;
+    int n_given_assert;                  /* assertions that parameters alone decide: the first ones */
     const int *jac_row, *jac_col;        /* of df/dx; jacobian() fills them unless n_inner > 0 */
     const int *mass_row, *mass_col;
 

@@ -104,18 +104,30 @@ double bgc_get_param(const bgc_model *m, const bgc_data *d, int k) {
     return k >= 0 && k < m->n_param ? d->p[k] : (double)NAN;
 }
 
-/* Checks that parameters are in range and that those that must be positive are; evaluates what depends
- * on them alone. */
+/* Checks that parameters are in range, that those that must be positive are, and the assertions on them;
+ * evaluates what depends on them alone. A start with wrong parameters may not exist, so they come first. */
 bgc_status bgc_check_parameters(const bgc_model *m, bgc_data *d) {
+    bgc_status status;
+
     for (int k = 0; k < m->n_param; k++) {
-        if (!(d->p[k] >= m->param[k].low && d->p[k] <= m->param[k].high)) {
+        if (d->p[k] < m->param[k].low || d->p[k] > m->param[k].high) {
             d->core.failed_parameter = k;
             return BGC_BAD_PARAMETER;
         }
     }
 
-    /* Expressions of parameters, and those that have to be positive. */
+    /* Expressions of parameters; an assertion says why a default is not a number. */
     m->prepare(d->p, d->h, d->work);
+    status = bgc_check_first_asserts(m, d, m->n_given_assert, d->core.t, d->x);
+    if (status != BGC_OK) {
+        return status;
+    }
+    for (int k = 0; k < m->n_param; k++) {
+        if (isnan(d->p[k])) {
+            d->core.failed_parameter = k;
+            return BGC_BAD_PARAMETER;
+        }
+    }
     if (m->n_check > 0) {
         m->positive(d->p, d->h, d->check, d->work);
     }

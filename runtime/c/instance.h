@@ -292,20 +292,27 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     return atol + d->core.rtol * size;
 }
 
-/* BGC_ASSERTION where an assertion fails at (t, x) or is undefined: core.failed_assertion. */
-static inline bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t,
-                                           const double *x) {
-    if (m->n_assert == 0) {
+/* BGC_ASSERTION where one of the first n assertions fails at (t, x) or is undefined:
+ * core.failed_assertion. */
+static inline bgc_status bgc_check_first_asserts(const bgc_model *m, bgc_data *d, int n, double t,
+                                                 const double *x) {
+    if (n == 0) {
         return BGC_OK;
     }
     m->asserts(d->h, t, x, d->u, d->check, d->work);
-    for (int k = 0; k < m->n_assert; k++) {
+    for (int k = 0; k < n; k++) {
         if (!(fabs(d->check[k]) > 0.0)) {
             d->core.failed_assertion = k;
             return BGC_ASSERTION;
         }
     }
     return BGC_OK;
+}
+
+/* The same of all assertions. */
+static inline bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t,
+                                           const double *x) {
+    return bgc_check_first_asserts(m, d, m->n_assert, t, x);
 }
 
 #endif

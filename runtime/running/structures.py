@@ -13,7 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 from bgc.language.records import Where, options_of
 from bgc.language.solver import Solver
 
-ABI = 19
+ABI = 20
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 _NUMBERS: dict[type, Any] = {float: c_double, int: c_int}
@@ -143,6 +143,7 @@ class ModelStruct(ctypes.Structure):
         ("assertion", POINTER(c_char_p)),
         ("param_check", POINTER(c_char_p)),
         ("n_check", c_int),
+        ("n_given_assert", c_int),
         ("jac_row", POINTER(c_int)),
         ("jac_col", POINTER(c_int)),
         ("mass_row", POINTER(c_int)),

@@ -68,3 +68,25 @@ def test_what_parameters_decide_is_checked_when_they_are_known(tmp_path: Path) -
     model.simulate(parameters={"phi": 0.7})
     with pytest.raises(BgError, match=r"BG705: `mount`: .*rotation"):
         model.simulate(parameters={"stretch": 2})
+
+
+@pytest.mark.parametrize("start", ["", "start rest;"])
+def test_an_assert_on_parameters_comes_before_a_start_that_they_spoil(
+    tmp_path: Path, start: str
+) -> None:
+    """The root is undefined beyond 2, and so are the default of b and the start."""
+    path = tmp_path / "model.bg"
+    path.write_text(
+        "model M { param a = 1; param b = sqrt(2 - a); state x = b; der(x) = b - x;"
+        ' assert x < 100, "x is large"; assert a < 2, "a has to be below 2"; }'
+        f"scene s of M {{ keep a, b; observe x; {start} run 1 s; }}"
+    )
+    model = bgc.compile(path)
+    with pytest.raises(BgError, match="BG705: a has to be below 2"):
+        model.simulate(parameters={"a": 3.0})
+    # A value that is compiled in, and a parameter in its range whose default is undefined.
+    with pytest.raises(BgError, match="BG705: a has to be below 2"):
+        bgc.compile(path, parameters={"a": 3.0}).simulate()
+    path.write_text(path.read_text().replace(' assert a < 2, "a has to be below 2";', ""))
+    with pytest.raises(BgError, match=r"BG061: an undefined value is outside .* `b`"):
+        bgc.compile(path).simulate(parameters={"a": 3.0})

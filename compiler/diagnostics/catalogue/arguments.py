@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isnan
 
 from bgc.diagnostics.catalogue import Values, did_you_mean, error, listed, nearest, quoted
 from bgc.diagnostics.diagnostic import Label
@@ -22,8 +23,7 @@ def unknown_parameter(name: str, known: Iterable[str]) -> Values:
 )
 def parameter_folded(name: str, value: float) -> None: ...
 @error(
-    "BG061: {value:g}{shown} is outside the range of parameter `{name}`, {low:g} .. "
-    "{high:g}{shown}",
+    "BG061: {what} is outside the range of parameter `{name}`, {low:g} .. {high:g}{shown}",
     "give a value inside the range, or widen it where the parameter is declared",
 )
 def parameter_out_of_range(
@@ -38,7 +38,11 @@ def parameter_out_of_range(
 ) -> Values:
     # A value that follows from others: these are `origins`, the first of them declared at `span`.
     # The range is declared at `declared`.
-    values: dict[str, object] = {"shown": f" {unit}" if unit else ""}
+    shown = f" {unit}" if unit else ""
+    what = "an undefined value" if isnan(value) else f"{value:g}{shown}"
+    values: dict[str, object] = {"shown": shown, "what": what}
+    if isnan(value):
+        values["help"] = f"give `{name}` a value, or change what its default follows from"
     if declared and span:
         values["labels"] = [Label(declared, "the range is declared here")]
     if origins:

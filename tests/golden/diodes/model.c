@@ -263,6 +263,7 @@ static const bgc_model model_info = {
     .n_mass = 1,
     .n_lu = 7,
     .n_check = 0,
+    .n_given_assert = 0,
     .n_switch = 0,
     .n_timed = 0,
     .param = NULL,

@@ -225,6 +225,7 @@ static const bgc_model model_info = {
     .n_mass = 0,
     .n_lu = 4,
     .n_check = 0,
+    .n_given_assert = 0,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,

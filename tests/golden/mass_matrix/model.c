@@ -373,6 +373,7 @@ static const bgc_model model_info = {
     .n_mass = 8,
     .n_lu = 26,
     .n_check = 0,
+    .n_given_assert = 0,
     .n_switch = 0,
     .n_timed = 0,
     .param = NULL,

@@ -244,6 +244,7 @@ static const bgc_model model_info = {
     .n_mass = 0,
     .n_lu = 4,
     .n_check = 2,
+    .n_given_assert = 0,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,
