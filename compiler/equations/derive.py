@@ -34,7 +34,7 @@ from bgc.equations.start.given import (
     values_to_check,
 )
 from bgc.equations.start.problem import Problem, start_problem
-from bgc.equations.start.solve import with_linear_start, with_start
+from bgc.equations.start.solve import with_start
 from bgc.equations.storage.accounts import Accounts, energy_accounts
 from bgc.equations.storage.independent_states import integrate_alone
 from bgc.equations.storage.initial_values import closed_initials
@@ -74,11 +74,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     system = _defined(causal, variables)
     unsettled = _resolved(system)
     moving = _with_motions(system, unsettled)
-    started = with_start(
-        with_linear_start(moving, unsettled.start_rows, variables.start_names),
-        unsettled.start,
-        variables,
-    )
+    started = with_start(moving, unsettled.start_rows, unsettled.start, variables)
     warnings = impulse_warnings(variables, system.resolver.rates_read, started.jumps)
     steady = without_instants(replace(started, warnings=warnings))
     if causal.closures:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.ir.defaults import program_values
+from bgc.ir.defaults import known_at_start, program_values
 from bgc.ir.graph import FlatGraph, Node, SampledPort
 from bgc.ir.program import Program
 from bgc.language.port_limits import SHORT, PortNumbers, judged, largest
@@ -52,9 +52,7 @@ class _Point:
 def _start_of(program: Program, graph: FlatGraph) -> _Point | None:
     """The start at the parameters' defaults; None where it has no finite value."""
     dag = program.dag
-    values = program_values(program)
-    values[Symbol(Kind.TIME, 0)] = 0.0
-    values |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
+    values = known_at_start(program, program_values(program))
     for device in graph.devices:
         for k, (channel, component) in enumerate(device.inputs, device.first_input):
             values[Symbol(Kind.INPUT, k)] = float(channel == "orientation" and component == 1)

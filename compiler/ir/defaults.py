@@ -1,11 +1,11 @@
-"""Evaluate the defaults of parameters, and of the selectors that follow them."""
+"""Evaluate the defaults of parameters, the selectors that follow them, and the start."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from bgc.algebra.dag import Dag, Kind, Symbol
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.ir.graph import Parameter
 from bgc.ir.program import Program
 
@@ -24,6 +24,20 @@ def selector_values(program: Program) -> dict[Symbol, float]:
             chain = closures.chain_of[k]
             values[symbol] = float(k < closures.chain_of.index(chain) + closures.ranks[chain])
     return values
+
+
+def known_at_start(program: Program, parameters: Mapping[Symbol, float]) -> dict[Symbol, float]:
+    """Values of parameters, and of the time and all inputs at the start: zero."""
+    values = {**parameters, Symbol(Kind.TIME, 0): 0.0}
+    return values | {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
+
+
+def start_values(program: Program, parameters: Mapping[Symbol, float]) -> dict[Symbol, float]:
+    """The same with the initial values of the states."""
+    values = known_at_start(program, parameters)
+    numbers = Evaluator(program.dag, values.__getitem__)
+    initials = numbers.values(state.initial for state in program.states)
+    return values | {Symbol(Kind.STATE, k): x for k, x in enumerate(initials)}
 
 
 def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:

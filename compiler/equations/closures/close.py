@@ -35,7 +35,6 @@ from bgc.equations.closures.manifold import (
     independent_conditions,
     nearest_to_closed,
     response_at,
-    start_of,
 )
 from bgc.equations.closures.multipliers import (
     ClosingRows,
@@ -48,7 +47,7 @@ from bgc.equations.closures.multipliers import (
 from bgc.equations.closures.start_check import require_given
 from bgc.equations.start.given import given_names
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.defaults import default_values, program_values
+from bgc.ir.defaults import default_values, program_values, start_values
 from bgc.ir.graph import Node
 from bgc.ir.program import ClosedChain, Closures, Program
 from bgc.record_class import dataclass, replace
@@ -119,7 +118,7 @@ class _Closing:
             warnings=(*program.warnings, *self._warn(dropped), *self._warn_of_moves(start)),
         )
         self._require_kept(points, made)
-        rounded = start != start_of(program, start)
+        rounded = start != start_values(program, start)
         require_given(made, program_values(made) | start, rounded=rounded)
         return self._with_start(made, values, found)
 
@@ -168,7 +167,7 @@ class _Closing:
     def _closed_start(self, values: dict[Symbol, float]) -> tuple[Point, dict[Symbol, float]]:
         """The start, moved until it is closed, and the values of parameters that close it."""
         dag, conditions, program = self._dag, self._conditions, self._program
-        declared = start_of(program, values)
+        declared = start_values(program, values)
         residuals, _ = conditions.at(dag, declared)
         if gap_of(residuals) <= CLOSED:
             return declared, values
@@ -176,7 +175,7 @@ class _Closing:
         if found is not None:
             moved = self._with_start(program, values, found)
             values = default_values(dag, moved.parameters)
-            return start_of(program, values), found
+            return start_values(program, values), found
         near = closed(dag, conditions, declared)
         symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
         if near is not None:
@@ -382,7 +381,7 @@ class _Closing:
         program = self._program
         if program.scene.rest is not None:
             return []
-        before, states = start_of(program, start), program.states
+        before, states = start_values(program, start), program.states
         symbols = [Symbol(Kind.STATE, k) for k in range(len(states))]
         given = given_names(self._graph, [state.name for state in states])
         shown = catalogue.named_moves(

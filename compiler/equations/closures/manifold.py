@@ -23,6 +23,7 @@ from bgc.algebra.dense import (
 )
 from bgc.algebra.evaluate import Evaluator, evaluate_nodes
 from bgc.equations.closures.multipliers import Responses
+from bgc.ir.defaults import start_values
 from bgc.ir.graph import Node
 from bgc.ir.program import Closures, Program
 from bgc.record_class import dataclass
@@ -59,16 +60,6 @@ class Conditions:
         """The conditions and their derivatives at a point."""
         numbers = Evaluator(dag, point.__getitem__)
         return numbers.values(self.nodes), [numbers.values(row) for row in self.slopes]
-
-
-def start_of(program: Program, values: Mapping[Symbol, float]) -> Point:
-    """The states at the start for some parameters, at time 0 with all inputs at zero."""
-    point: Point = dict(values)
-    point[Symbol(Kind.TIME, 0)] = 0.0
-    point |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
-    numbers = Evaluator(program.dag, point.__getitem__)
-    initials = numbers.values(state.initial for state in program.states)
-    return point | {Symbol(Kind.STATE, k): x for k, x in enumerate(initials)}
 
 
 def gap_of(residuals: Sequence[float]) -> float:
@@ -175,7 +166,7 @@ def _close_start(
 ) -> dict[Symbol, float] | None:
     """Damped Gauss-Newton steps of the parameters (Levenberg, Marquardt)."""
 
-    fixed = start_of(program, values)
+    fixed = start_values(program, values)
 
     def at(x: Sequence[float]) -> tuple[list[float], list[list[float]]]:
         point = fixed | dict(zip(start.parameters, x, strict=True))

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Kind, Symbol
-from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
-from bgc.ir.defaults import program_values
+from bgc.ir.defaults import program_values, start_values
 from bgc.ir.program import Program
 
 _DIGITS = 6  # of a start value: enough, and the same on every machine
@@ -35,14 +34,10 @@ def with_start_values(program: Program, loops: Sequence[int]) -> Program:
     dag, rows = program.dag, algebraic_rows(program)
     if not loops:
         return program
-    values = program_values(program)
-    values[Symbol(Kind.TIME, 0)] = 0.0
-    values |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
-    initials = evaluate_nodes(dag, [state.initial for state in program.states], values)
-    values |= {Symbol(Kind.STATE, k): value for k, value in enumerate(initials)}
+    values = start_values(program, program_values(program))
     unknowns = [Symbol(Kind.STATE, k) for k in rows]
     equations = Rows(dag, [program.states[k].derivative for k in rows], unknowns)
-    found = equations.solve(values, [initials[k] for k in rows])
+    found = equations.solve(values, [values[u] for u in unknowns])
     if found is None:
         return program
     start = dict(zip(rows, found, strict=True))

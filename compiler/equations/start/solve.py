@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.dense import solve_dense
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
@@ -30,7 +30,7 @@ from bgc.equations.start.least import LeastChange
 from bgc.equations.start.problem import Given, Problem, states_in
 from bgc.equations.storage.conditions import Answer, System, contradiction, in_order
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.defaults import default_values
+from bgc.ir.defaults import known_at_start, program_values
 from bgc.ir.graph import Node
 from bgc.ir.program import Program, Start
 from bgc.record_class import dataclass, replace
@@ -39,56 +39,47 @@ _AGREES = 1e-11  # of a value that follows from others, relative
 _DIGITS = 15  # of a solution: enough, and the same on every machine
 
 
-def with_start(program: Program, problem: Problem | None, variables: Variables) -> Program:
-    """The program with the initial values that satisfy the conditions of a problem.
+def with_start(
+    program: Program, rows: Sequence[Node], problem: Problem | None, variables: Variables
+) -> Program:
+    """The program with the initial values that equations of its start determine.
+
+    `rows` are linear equations in START symbols, final nodes and as many as symbols: states whose
+    initial values hold such symbols become those of `Program.start`. The conditions of `problem`
+    are added to them.
 
     Raises
     ------
     BgError
         A given value contradicts others, or no state is found at which it holds.
     """
+    if rows:
+        program = _with_rows(program, rows, variables.start_names)
     if problem is None:
         return program
     search = _Search(program, problem, variables)
-    chosen = search.choose(variables.ignored_defaults)
-    return search.started(chosen)
+    return search.started(search.choose(variables.ignored_defaults))
 
 
-def with_linear_start(program: Program, rows: Sequence[Node], names: Sequence[str]) -> Program:
-    """The program with the initial values that linear equations in START symbols determine.
-
-    The rows are final nodes, as many as symbols. States whose initial values hold such symbols
-    become those of `Program.start`.
-    """
-    if not rows:
-        return program
-    dag = program.dag
+def _with_rows(program: Program, rows: Sequence[Node], names: Sequence[str]) -> Program:
+    """The program with the start that linear equations determine."""
+    dag, size = program.dag, len(rows)
     starts = {dag.symbol(Kind.STATE, k): s.initial for k, s in enumerate(program.states)}
     residuals = dag.substitute(rows, starts)
-    known = _known(program)
-    symbols = [dag.symbol(Kind.START, k) for k in range(len(rows))]
+    symbols = [dag.symbol(Kind.START, k) for k in range(size)]
     slopes = [x for node in residuals for x in gradient(dag, node, symbols)]
-    unknowns = [Symbol(Kind.START, k) for k in range(len(rows))]
-    nowhere = dict.fromkeys(unknowns, 0.0)
-    numbers = evaluate_nodes(dag, [*residuals, *slopes], {**known, **nowhere})
-    size = len(rows)
+    nowhere = {Symbol(Kind.START, k): 0.0 for k in range(size)}
+    numbers = evaluate_nodes(dag, [*residuals, *slopes], _known(program) | nowhere)
     table = [numbers[k : k + size] for k in range(size, len(numbers), size)]
     point = solve_dense(table, numbers[:size])
     assert point is not None, "conditions that were inserted one by one are dependent"
-    held = [k for k, s in enumerate(program.states) if _has_unknowns(dag, [s.initial])]
-    values = tuple((k, program.states[k].initial) for k in held)
+    initials = [(k, state.initial) for k, state in enumerate(program.states)]
+    values = tuple((k, x) for k, x in initials if dag.symbols_in([x], Kind.START))
     return _with_values(program, residuals, point, values, names)
 
 
 def _known(program: Program) -> dict[Symbol, float]:
-    """The values of parameters at their defaults, and of time and inputs at the start."""
-    values = dict(default_values(program.dag, program.parameters))
-    values[Symbol(Kind.TIME, 0)] = 0.0
-    return values | {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
-
-
-def _has_unknowns(dag: Dag, nodes: Iterable[Node]) -> bool:
-    return bool(dag.symbols_in(nodes, Kind.START))
+    return known_at_start(program, program_values(program))
 
 
 def _with_values(
@@ -109,7 +100,7 @@ def _with_values(
     at = {Symbol(Kind.START, first + k): x for k, x in enumerate(point)}
     if before:
         at |= {Symbol(Kind.START, k): x for k, x in enumerate(before.guess)}
-    numbers = evaluate_nodes(dag, [node for _, node in values], {**_known(program), **at})
+    numbers = evaluate_nodes(dag, [node for _, node in values], _known(program) | at)
     states = list(program.states)
     for (k, _), x in zip(values, numbers, strict=True):
         states[k] = replace(states[k], initial=dag.const(float(f"{x:.{_DIGITS}g}")))
