@@ -56,6 +56,12 @@ def test_one_entry_alone_is_refused_and_both_are_accepted(folder, body):
     model.simulate()
 
 
+def test_the_energy_of_a_nearly_symmetric_matrix_is_integrated(folder):
+    body = "x : C[2](stiffness = [[3, 1], [1.004, 2]]);"
+    model = compiled(folder, body)
+    assert np.max(np.abs(model.simulate()["energy.residual"])) < 1e-4
+
+
 def test_a_field_of_many_ports_uses_both_mirrored_entries(folder):
     size = 9
     basis = np.random.default_rng(4).normal(size=(size, size)) * np.logspace(0, -1, size)[:, None]

@@ -64,7 +64,7 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     "BG516: `{variable}` of `{name}` contradicts the source `{source}`, which gives its {what}",
     "make the two agree at the start{by}, or bond a resistor between them, across which "
     "they may differ",
-    labels={"place": "gives the {what} of `{name}`, with nothing between them"},
+    labels={"place": "gives the {what} of `{name}`, with no resistor between them"},
     fault=Fault.START,
 )
 def initial_against_source(
