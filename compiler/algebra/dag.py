@@ -151,6 +151,12 @@ class Dag:
         """The symbol of a SYMBOL node, None for any other."""
         return self.symbols[self.a[node]] if self.op[node] == Op.SYMBOL else None
 
+    def leaf(self, node: int) -> Symbol:
+        """The symbol of a node that is known to be one."""
+        symbol = self.symbol_of(node)
+        assert symbol is not None, node
+        return symbol
+
     def symbols_in(self, roots: Iterable[int], *kinds: Kind) -> dict[int, Symbol]:
         """The symbols that nodes hold, by their own nodes; those of some kinds if any is given."""
         least = min((_SYMBOL_LEVEL.get(kind, Level.STATE) for kind in kinds), default=Level.CONST)

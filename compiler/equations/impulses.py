@@ -20,7 +20,7 @@ from bgc.ir.program import StateJump
 
 
 def impulse_warnings(
-    variables: Variables, rates: Iterable[tuple[Node, Node]], resets: Sequence[StateJump] = ()
+    variables: Variables, rates: Iterable[tuple[Node, Node]], resets: Sequence[StateJump]
 ) -> tuple[Diagnostic, ...]:
     """The warnings for rates that something reads: raw symbols, and the nodes whose rates they are.
 

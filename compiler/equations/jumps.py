@@ -23,8 +23,7 @@ class _Stored:
 
     def owner(self, target: Node) -> Storage | None:
         """The storage element of a displacement or momentum symbol; None of any other."""
-        symbol = self.graph.dag.symbol_of(target)
-        assert symbol is not None
+        symbol = self.graph.dag.leaf(target)
         if symbol.kind not in {Kind.DISPLACEMENT, Kind.MOMENTUM}:
             return None
         return next(

@@ -96,20 +96,13 @@ def _definitions_of(
     ]
 
 
-def momenta_of(
-    variables: Variables, elements: Sequence[StorageElement], flows: Mapping[int, Node]
-) -> dict[int, Node]:
-    """`N' M (N u + N_s s)` of the inertias of a group, whose laws are linear, u being given.
-
-    Independent flow -> its flow gives independent flow -> its momentum.
-    """
-    return momenta_in(variables, kinetic_energy(variables, elements, list(flows)), flows)
-
-
 def momenta_in(
     variables: Variables, energy: ConstrainedEnergy, flows: Mapping[int, Node]
 ) -> dict[int, Node]:
-    """The momenta on independent flows by their energy, as `momenta_of` gives them."""
+    """`N' M (N u + N_s s)` of inertias whose laws are linear, by their energy, u being given.
+
+    Independent flow -> its flow gives independent flow -> its momentum.
+    """
     dag, basis = variables.dag, variables.causal.basis
     values = {basis[k].bond_class: node for k, node in flows.items()}
 

@@ -61,8 +61,7 @@ def _flows_behind(
     variables: Variables, symbol: Node, momenta: dict[Node, dict[int, Node]]
 ) -> dict[int, Node]:
     """The row of N of a bond's flow or of a momentum; empty for other symbols."""
-    leaf, causal = variables.dag.symbol_of(symbol), variables.causal
-    assert leaf is not None
+    leaf, causal = variables.dag.leaf(symbol), variables.causal
     if leaf.kind not in {Kind.FLOW, Kind.EFFORT}:
         return momenta.get(symbol, {})
     if symbol != variables.symbols.through(leaf.index):

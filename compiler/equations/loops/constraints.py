@@ -70,8 +70,7 @@ def _name(variables: Variables, resolver: Resolver, symbol: Symbol) -> str:
     if symbol.kind is Kind.TIME:
         return "time"
     raw = resolver.raw_state(symbol.index)
-    leaf = variables.dag.symbol_of(raw)
-    assert leaf is not None
+    leaf = variables.dag.leaf(raw)
     if leaf.kind is Kind.STATE:
         return graph.states[leaf.index].name
     if leaf.kind is Kind.UNKNOWN:

@@ -44,23 +44,14 @@ def require_determined(
     """
     rows = [*rows, *_loop_rows(variables, resolver, rows)]
     symbols = {variables.dag.symbol(Kind.STATE, number): number for number in names}
-    symbols |= {symbol: _number(variables, symbol) for symbol in resolver.residuals}
+    symbols |= {symbol: variables.dag.leaf(symbol).index for symbol in resolver.residuals}
     slopes = [_slopes(variables, row, symbols) for row in rows]
+    residue = variables.causal.fingerprints.residue
     for group in groups_sharing(slopes):
         columns = {column for i in group for column in slopes[i]}
-        numbers = [{c: _residue(variables, x) for c, x in slopes[i].items()} for i in group]
+        numbers = [{c: residue(x) for c, x in slopes[i].items()} for i in group]
         if rank_of(numbers) < len(columns):
             raise _refused(variables, [rows[i] for i in group], numbers, sorted(columns), names)
-
-
-def _number(variables: Variables, symbol: Node) -> int:
-    leaf = variables.dag.symbol_of(symbol)
-    assert leaf is not None
-    return leaf.index
-
-
-def _residue(variables: Variables, node: Node) -> int:
-    return variables.causal.fingerprints.residue(node)
 
 
 def _loop_rows(variables: Variables, resolver: Resolver, rows: Sequence[Row]) -> list[Row]:
@@ -115,5 +106,5 @@ def _solutions(
         return "unclear"
     rests = dag.substitute([row.right for row in rows], dict.fromkeys(symbols, dag.zero))
     matrix = [[row.get(column, 0) for column in columns] for row in numbers]
-    found = solutions_of(matrix, [_residue(variables, rest) for rest in rests])
+    found = solutions_of(matrix, list(map(variables.causal.fingerprints.residue, rests)))
     return "unclear" if found is Solutions.ONE else found.value

@@ -24,7 +24,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.symbolic_systems import solve_definite
-from bgc.equations.inertias.flows import momenta_of
+from bgc.equations.inertias.flows import kinetic_energy, momenta_in
 from bgc.equations.storage.conditions import (
     Condition,
     Row,
@@ -432,7 +432,8 @@ def _by_equations(
 def _at(variables: Variables, block: _Block, answers: Sequence[Node]) -> list[Node]:
     """The stored quantities at the answers y: `A y + d`."""
     dag, flows = variables.dag, dict(zip(block.flows, answers, strict=False))
-    momenta = momenta_of(variables, [element for element, _ in block.elements], flows)
+    energy = kinetic_energy(variables, [element for element, _ in block.elements], block.flows)
+    momenta = momenta_in(variables, energy, flows)
     y = dict(zip(block.answers, answers, strict=True))
     charges = []
     for element, ports in block.elements:

@@ -63,9 +63,7 @@ class Slot:
 
     def kind(self, dag: Dag) -> Kind:
         """Return whether it is a charge or a momentum of its element."""
-        symbol = dag.symbol_of(self.state.symbol)
-        assert symbol is not None
-        return symbol.kind
+        return dag.leaf(self.state.symbol).kind
 
 
 def merge_along_motions(

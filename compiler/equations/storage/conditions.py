@@ -42,7 +42,7 @@ class Condition:
 def independent_conditions(
     variables: Variables,
     conditions: Sequence[Condition],
-    balances: Sequence[tuple[Row, Node]] = (),
+    balances: Sequence[tuple[Row, Node]],
 ) -> list[Condition] | None:
     """Insert conditions one at a time; a dependent one has to agree with the earlier ones.
 
@@ -205,9 +205,7 @@ def solve_conditions(
     return None if unsafe else values
 
 
-def unusable(condition: Condition) -> BgError:
-    """The error for a value that the state cannot be found from."""
-    initial = condition.initial
-    assert initial is not None, "values that are given come first"
+def unusable(name: str, initial: Initial) -> BgError:
+    """The error for a value of an element that its state cannot be found from."""
     variable = f"{initial.variable}0"
-    return BgError([storage_messages.initial_unusable(initial.span, condition.name, variable)])
+    return BgError([storage_messages.initial_unusable(initial.span, name, variable)])

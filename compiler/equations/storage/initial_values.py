@@ -10,10 +10,10 @@ from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.equations.storage.conditions import Condition, unusable
+from bgc.equations.storage.conditions import unusable
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.definitions import Variables
-from bgc.ir.graph import Initial, Node, Storage
+from bgc.ir.graph import Initial, Node
 from bgc.record_class import dataclass
 
 Given = dict[tuple[int, str], Initial]  # (port, variable) -> what the user gave
@@ -65,7 +65,7 @@ def given_of_element(dag: Dag, element: StorageElement) -> Iterator[GivenVariabl
         if variable == "p" and not port.has_momentum and initial.value == dag.zero:
             continue  # imposes nothing on a port without momentum
         if variable not in {state, answer}:
-            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
+            raise unusable(element.storage.name, initial)
         node = port.state if variable == state else port.answer
         yield GivenVariable(element.storage.name, initial, node)
 
@@ -127,14 +127,8 @@ def _from_answers(
             dag, variables.causal.fingerprints, matrix, right, variables.signs.rank
         )
     except SingularSystemError:
-        raise _unusable(element.storage, next(iter(answers.values()))) from None
+        raise unusable(element.storage.name, next(iter(answers.values()))) from None
     return {k: solution[i] for k, i in order.items()}
-
-
-def _unusable(storage: Storage, initial: Initial) -> BgError:
-    return BgError(
-        [storage_messages.initial_unusable(initial.span, storage.name, f"{initial.variable}0")]
-    )
 
 
 def closed_initials(

@@ -384,8 +384,7 @@ class Variables:
         """The definition of a raw symbol; a symbol without one is a bond's variable."""
         known = self.definitions.get(symbol)
         if known is None:
-            leaf = self.dag.symbol_of(symbol)
-            assert leaf is not None, symbol
+            leaf = self.dag.leaf(symbol)
             if leaf.kind is Kind.MOMENTUM:
                 raise self.places.no_momentum(leaf.index)
             assert leaf.kind in {Kind.EFFORT, Kind.FLOW}, leaf

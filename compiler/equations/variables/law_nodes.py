@@ -59,7 +59,7 @@ def storage_law(
     storage: Storage,
     has_momentum: Sequence[bool],
     inertial: Sequence[bool],
-    even: Matrix | None = None,
+    even: Matrix | None,
 ) -> StorageLaw:
     """The law of a C, I or IC. `has_momentum` lists the ports that answer with a flow,
     `inertial` those that are inertias in the terms of their region. `even`, if given, is inverted

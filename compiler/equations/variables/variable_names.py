@@ -99,9 +99,7 @@ class Places:
         return tuple(self._causal.graph.elements[k].name for k in found)
 
     def _leaf(self, symbol: Node) -> Symbol:
-        leaf = self._causal.graph.dag.symbol_of(self._called.get(symbol, symbol))
-        assert leaf is not None
-        return leaf
+        return self._causal.graph.dag.leaf(self._called.get(symbol, symbol))
 
     def _place(self, symbol: Node) -> tuple[str, Span]:
         graph = self._causal.graph
