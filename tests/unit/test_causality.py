@@ -15,7 +15,7 @@ from bgc.algebra.dag import Op
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import BasisKind
-from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
+from bgc.ir.graph import Form, Junction, Node, Source, Transformer, ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:
@@ -132,6 +132,26 @@ def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
     causal = causal_of(g.build())
     assert {b.kind for b in causal.basis} == {BasisKind.FLOW_SOURCE}
     assert [p.node for p in causal.positive] == [flux] * (not reverse)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_an_inertia_that_a_modulus_reads_stays_independent(reverse: bool) -> None:
+    """The modulus is known by its momentum; by that of the other it would follow from itself."""
+    g = GraphBuilder()
+    for name in ("near", "far"):
+        g.storage("I", name, [[2, 0], [0, 2]], Form.MOMENTUM)
+        g.draw(f"{name}1, {name}2 : J1")
+    s, c = (g.dag.call(op, g.p("near", 1)) for op in (Op.SIN, Op.COS))
+    g.transformer("turn", ((c, g.dag.neg(s)), (s, c)))
+    near = [g.bond(f"near{k}", "near") for k in (1, 2)]
+    first, last = ("far", "near") if reverse else ("near", "far")
+    for k in (1, 2):
+        g.bond(f"far{k}", "far")
+        g.bond(f"{first}{k}", "turn")
+    for k in (1, 2):
+        g.bond("turn", f"{last}{k}")
+    causal = causal_of(g.build())
+    assert {b.bond_class for b in causal.basis} == {causal.class_of[bond] for bond in near}
 
 
 def test_a_gyrator_that_turns_holds_the_flows_before_it() -> None:

@@ -65,6 +65,16 @@ def test_a_multiple_of_a_rotation_is_divided_by_its_factor(dag: Dag, size: int) 
         assert inverse is not None and inverse.divisors == (scale,)
 
 
+def test_a_multiple_of_a_matrix_with_determinant_1_is_divided_by_its_factor(dag: Dag) -> None:
+    x, zero, one = dag.symbol(Kind.STATE, 0), dag.zero, dag.one
+    more = dag.add(one, dag.mul(x, x))
+    scaled = [
+        tuple(dag.mul(dag.symbol(Kind.PARAM, 0), node) for node in row)
+        for row in ((one, x, zero), (x, more, x), (zero, x, more))
+    ]
+    assert_inverse(dag, tuple(scaled), known_inverse(dag, Fingerprints(dag), tuple(scaled)))
+
+
 def test_blocks_may_have_factors_of_their_own(dag: Dag) -> None:
     (a, b), (c, d) = rotation(dag)
     one, two = dag.symbol(Kind.PARAM, 0), dag.symbol(Kind.PARAM, 1)
