@@ -225,6 +225,7 @@ class Numbers:
     `prefix` is that of static functions, `shared` that of functions shared between units,
     `function` that of mathematical functions. A long function is split into parts of `part`
     operations. `reach` is the distance from a pointer that has a short encoding (`windows.py`).
+    `factors` is the type of the factors that `solve` reads, that of the numbers where it is empty.
     """
 
     type: str
@@ -234,6 +235,7 @@ class Numbers:
     part: int
     reach: int
     printer: Callable[[Dag, Mapping[Node, str]], Printer]
+    factors: str = ""
 
     def constant(self, text: str) -> str:
         """A literal of this type."""

@@ -131,7 +131,7 @@ def _factor_head(shared: bool, numbers: Numbers) -> str:
 def _solve_head(shared: bool, numbers: Numbers) -> str:
     number = numbers.type
     head = _linkage(shared, "void", numbers)
-    return f"{head}_solve(const {number} *lu, {number} *b, {number} *w)"
+    return f"{head}_solve(const {numbers.factors or number} *lu, {number} *b, {number} *w)"
 
 
 def _linkage(shared: bool, result: str, numbers: Numbers) -> str:
@@ -332,6 +332,7 @@ def solve_operations(plan: LuPlan, states: int) -> int:
 
 def _unrolled_solve(storage: _Storage, shared: bool, numbers: Numbers) -> str:
     plan, number, states = storage.plan, numbers.type, storage.states
+    factor = numbers.factors or number
     diagonal = plan.rows == plan.columns
     inner = len(plan.rows) - states
 
@@ -385,7 +386,7 @@ def _unrolled_solve(storage: _Storage, shared: bool, numbers: Numbers) -> str:
         lines, places = _shift_pointers(chunk, numbers)
         part = f"{numbers.prefix}_solve_{count}"
         parts.append(
-            f"static void {part}(const {number} *restrict lu, {number} *restrict b{extra})\n"
+            f"static void {part}(const {factor} *restrict lu, {number} *restrict b{extra})\n"
             "{\n" + "\n".join(lines) + "\n}\n\n"
         )
         passed = f"{pointer_argument('lu', places)}, {pointer_argument('b', places)}"

@@ -9,15 +9,20 @@ q, and elements of h that only derivatives read.
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Iterator, Sequence
-from textwrap import fill
+from collections.abc import Iterator, Mapping, Sequence
 
-from bgc.algebra.dag import Dag, Kind
+from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.derivatives import directional_derivatives
 from bgc.algebra.nodes import Node
 from bgc.building.build import Unit
-from bgc.emission.kernels import KernelText, by_dependence, hoisted_nodes, print_kernel, prototype
+from bgc.emission.kernels import (
+    KernelText,
+    by_dependence,
+    hoisted_nodes,
+    print_kernel,
+    prototype,
+    schedule,
+)
 from bgc.emission.lanes import lane_unit
 from bgc.emission.lower import dependent_defaults
 from bgc.emission.print_c import HELPERS, LANES, Numbers
@@ -25,29 +30,28 @@ from bgc.emission.print_lu import is_unrolled, print_solve, solve_prototype
 from bgc.emission.print_steps import print_steps
 from bgc.emission.print_tables import table_prototypes
 from bgc.emission.program_kernels import hoisted_kernel, projection_nodes, stores
-from bgc.ir.lowered import Kernel, Lowered, Reads, Store
+from bgc.ir.lowered import SCRATCH, Kernel, Lowered, Reads, Store
 from bgc.record_class import dataclass, replace
 
-TANGENTS: Numbers = replace(LANES, prefix="tangents", shared="bgc_tangents")
-_LARGE = ("jacobian", "curvature")  # kernels with a unit of their own
+TANGENTS: Numbers = replace(LANES, prefix="tangents", shared="bgc_tangents", factors="double")
+_LARGE = ("curvature_shared", "curvature")  # kernels with a unit of their own
 
 
 def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The additional C units of sensitivities, linked with `runtime/c/tangents`."""
     lowered = replace(lowered, program=replace(lowered.program, dag=lowered.program.dag.copy()))
     tangents = _Tangents(lowered)
-    second, changing = tangents.second()
-    kernels = (*tangents.kernels(), second)
+    kernels = (*tangents.kernels(), tangents.curvature())
     own = hoisted_nodes(tangents.dag, kernels)
     extra = tuple(node for node in own if node not in tangents.hoisted)
     places = {node: k for k, node in enumerate((*lowered.hoisted, *extra))}
     prepare = tangents.prepare(extra)
+    kernels = (*kernels[:-1], *tangents.shared(kernels[-1], places))
     texts = {k.name: print_kernel(tangents.dag, k, places, True, TANGENTS) for k in kernels}
     fields = {
         "n_work": str(max((text.work for text in texts.values()), default=0)),
         "n_prepare_work": str(prepare.work),
         "n_hoist": str(len(places)),
-        "n_jac": str(len(changing)),
         "first_change": str(_parameters_with_selectors(lowered)),
         "prepare": "tangents_prepare",
         **{name: f"bgc_tangents_{name}" for name in texts},
@@ -61,8 +65,6 @@ def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
         fields |= {"solve": "bgc_tangents_solve", "n_solve_work": str(extent)}
         shared.append(solve_prototype(TANGENTS))
         units.append(lane_unit("tangents_solve", shared, [], [solve]))
-    if changing:
-        fields |= {"jac_first": "tangents_jac_first", "jac_col": "tangents_jac_col"}
     table = "".join(f"    .{name} = {value},\n" for name, value in fields.items())
     model = (
         f"static const bgc_tangent_model tangents_info = {{\n{table}}};\n\n"
@@ -70,7 +72,7 @@ def tangent_units(lowered: Lowered) -> tuple[Unit, ...]:
     )
     small = [text for name, text in texts.items() if name not in _LARGE]
     helpers = [HELPERS[name] for name in sorted(prepare.helpers)]
-    rest = [*helpers, prepare.text, *_pattern(lowered, changing), model]
+    rest = [*helpers, prepare.text, model]
     units.append(lane_unit("tangents", ['#include "bgc_tangents.h"\n', *shared], small, rest))
     units += [
         lane_unit(f"tangents_{name}", shared, [texts[name]]) for name in _LARGE if name in texts
@@ -125,27 +127,37 @@ class _Tangents:
             started = [values.get(k, node) for k, node in enumerate(initial)]
             yield self._kernel("started", own, "x", started)
 
-    def second(self) -> tuple[Kernel, tuple[int, ...]]:
-        """The change of the Jacobian: of the entries that change, or of its product with r."""
-        jacobian, running = self.lowered.jacobian, "h t x u d q"
-        purpose = "Changes of the Jacobian."
-        if jacobian.inner == 0:
-            changes = self._changed(jacobian.entries)
-            changing = tuple(k for k, change in enumerate(changes) if change != self.dag.zero)
-            made = stores("jac", (changes[k] for k in changing))
-            by_time = self._changes("dfdt", jacobian.by_time)
-            kernel = hoisted_kernel("jacobian", purpose, running, "jac dfdt", (*made, *by_time))
-            return kernel, changing
-        count = len(self.lowered.program.states)
+    def curvature(self) -> Kernel:
+        """The change of the product of the Jacobian with r, whose last element moves time."""
+        states = self.lowered.program.states
         along = {
             symbol: self.dag.symbol(Kind.RATE, place)
-            for symbol, place in self._moving(count).items()
+            for symbol, place in self._moving(len(states)).items()
         }
-        rates = [state.derivative for state in self.lowered.program.states]
-        products = directional_derivatives(self.dag, rates, along)
-        made = self._changes("f", products)
-        kernel = hoisted_kernel("curvature", purpose, f"{running} r", "f", made)
-        return kernel, ()
+        products = directional_derivatives(self.dag, [s.derivative for s in states], along)
+        return self._kernel("curvature", "h t x u d q r", "f", products)
+
+    def shared(self, kernel: Kernel, hoisted: Mapping[Node, int]) -> tuple[Kernel, Kernel]:
+        """Split a kernel: what no change enters is left in w, where the other part finds it."""
+        dag = self.dag
+        planned = schedule(dag, [s.node for s in kernel.stores], int(Level.PARAM), hoisted.keys())
+        changing, found = set[Node](), dict[Node, None]()
+        for node in planned.order:
+            operands = dag.operands(node)
+            if not changing.isdisjoint(operands) or any(map(self._is_change, operands)):
+                changing.add(node)
+        computed = set(planned.order) - changing
+        for node in changing:
+            found |= dict.fromkeys(each for each in dag.operands(node) if each in computed)
+        left = tuple(sorted(found))
+        inputs = " ".join(name for name in kernel.inputs if name not in ("d", "q"))
+        purpose = f"What all changes share of the results of {kernel.name}."
+        before = hoisted_kernel(f"{kernel.name}_shared", purpose, inputs, "", stores(SCRATCH, left))
+        return before, replace(kernel, found=left)
+
+    def _is_change(self, node: Node) -> bool:
+        symbol = self.dag.symbol_of(node)
+        return symbol is not None and symbol.kind in (Kind.CHANGE, Kind.HOISTED_CHANGE)
 
     def _kernel(self, name: str, inputs: str, result: str, nodes: Sequence[Node]) -> Kernel:
         purpose = f"Changes of the results of {name}."
@@ -209,19 +221,6 @@ class _Tangents:
             own = found[symbols[index]]
             found[symbols[index]] = dag.add(own, dag.mul(follows, change))
         return found
-
-
-def _pattern(lowered: Lowered, changing: Sequence[int]) -> Iterator[str]:
-    """Tables of the entries of the Jacobian that change: the first of each row, and columns."""
-    rows = [lowered.jacobian.rows[k] for k in changing]
-    first = [bisect_left(rows, row) for row in range(len(lowered.program.states) + 1)]
-    columns = [lowered.jacobian.columns[k] for k in changing]
-    for name, numbers in (("first", first), ("col", columns)):
-        if changing:
-            body = fill(
-                ", ".join(map(str, numbers)), 96, initial_indent="    ", subsequent_indent="    "
-            )
-            yield f"static const int tangents_jac_{name}[] = {{\n{body}}};\n"
 
 
 def _parameters_with_selectors(lowered: Lowered) -> int:

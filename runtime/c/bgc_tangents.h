@@ -26,15 +26,12 @@ typedef struct {
                      lane *z, lane *w);
     void (*resets)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
                    lane *z, lane *w);
-    /* Of the Jacobian: of df/dt and of n_jac entries, in the columns jac_col, those of row i from
-     * jac_first[i] on; or of its product with r, whose element n_state is the factor of df/dt. */
-    int n_jac;
-    const int *jac_first, *jac_col;
-    void (*jacobian)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
-                     lane *jac, lane *dfdt, lane *w);
+    /* Of the product of the Jacobian with r, whose element n_state is the factor of df/dt; a lane may hold any
+     * pair of d with q and r. It reads what curvature_shared has left in w, which serves all d and q. */
+    void (*curvature_shared)(const lane *h, lane t, const lane *x, const lane *u, const lane *r, lane *w);
     void (*curvature)(const lane *h, lane t, const lane *x, const lane *u, const lane *d, const lane *q,
                       const lane *r, lane *f, lane *w);
-    void (*solve)(const lane *lu, lane *b, lane *w); /* NULL: the factors are not those of code */
+    void (*solve)(const double *lu, lane *b, lane *w); /* NULL: the factors are not those of code */
     void (*mass)(const lane *h, const lane *q, lane *m, lane *w);
     void (*project)(const lane *h, lane t, const lane *x, const lane *d, const lane *q, lane *z, lane *w);
     /* Of the first four parts of the results of closures(). */

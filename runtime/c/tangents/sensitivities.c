@@ -27,7 +27,8 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     const size_t n = (size_t)m->n_state, held = (size_t)m->n_held;
     const size_t hoisted = (size_t)s->kernel->n_hoist, changes = (size_t)m->n_hoist + held;
     const size_t inputs = (size_t)(m->n_input + m->n_switch), moving = n + 1 + (size_t)m->n_start;
-    const size_t entries = (size_t)s->kernel->n_jac;
+    const size_t pairs = (size_t)s->count * BGC_MAX_STAGES + BGC_LANE_WIDTH - 1;
+    const size_t groups = pairs / BGC_LANE_WIDTH;
     size_t result = n, size = 0;
 
     result = (size_t)m->n_output > result ? (size_t)m->n_output : result;
@@ -43,12 +44,13 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
     s->h = take(&at, &size, hoisted);
     s->x = take(&at, &size, n);
     s->u = take(&at, &size, inputs);
-    s->lu = take(&at, &size, s->kernel->solve != NULL ? (size_t)m->n_lu : 0);
     s->points = take(&at, &size, BGC_MAX_STAGES * n);
     s->x_jac = take(&at, &size, n);
     s->u_jac = take(&at, &size, inputs);
     s->stages = take(&at, &size, BGC_MAX_STAGES * n);
-    s->products = take(&at, &size, entries > 0 ? BGC_MAX_STAGES * n : 0);
+    s->pair_d = take(&at, &size, groups * (n + 1));
+    s->pair_q = take(&at, &size, groups * changes);
+    s->pair_r = take(&at, &size, n + 1);
     s->right = take(&at, &size, result);
     s->change = take(&at, &size, moving);
     s->along = take(&at, &size, moving);
@@ -66,9 +68,7 @@ static size_t place_lanes(const bgc_model *m, bgc_sensitivities *s, lane *at) {
         b->start = take(&at, &size, n);
         b->end = take(&at, &size, n);
         b->k = take(&at, &size, DENSE * n);
-        b->jac = take(&at, &size, entries);
-        b->dfdt = take(&at, &size, n);
-        b->at_jac = take(&at, &size, n + held);
+        b->products = take(&at, &size, BGC_MAX_STAGES * n);
         b->delay = take(&at, &size, 1);
     }
     return size;
@@ -79,7 +79,7 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     const size_t n = (size_t)m->n_state, count = (size_t)s->kernel->first_change + 2 * (size_t)m->n_param;
     const size_t prepared = (size_t)s->kernel->n_hoist + (size_t)m->n_hoist;
     const size_t work = (size_t)s->kernel->n_prepare_work, unknowns = (size_t)bgc_unknowns(m);
-    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = (5 + BGC_MAX_STAGES) * n;
+    const size_t matrix = m->n_mass > 0 ? n * n : 0, rates = 6 * n;
     const size_t directions = (size_t)s->count * (size_t)m->n_param, chains = rows_and_impulses(m);
     const size_t inputs = (size_t)(m->n_input + m->n_switch), instants = (size_t)m->n_rate;
 
@@ -102,8 +102,7 @@ static int place_doubles(const bgc_model *m, bgc_sensitivities *s) {
     s->instants_before = s->inputs_before + inputs;
     s->parameter = s->instants_before + m->n_rate;
     s->multiplier = s->parameter + directions;
-    s->transposed = s->multiplier + chains;
-    s->dense_mass = s->transposed + BGC_MAX_STAGES * n;
+    s->dense_mass = s->multiplier + chains;
     return 1;
 }
 
@@ -174,6 +173,7 @@ static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s)
         }
     }
     bgc_spread(hoisted, s->prepared, s->h);
+    s->pair_stages = 0;
 }
 
 void bgc_follow_chosen_rows(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
@@ -220,7 +220,7 @@ bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitiv
     memcpy(s->parameter, parameter, (size_t)s->count * (size_t)m->n_param * sizeof *parameter);
     prepare(m, d, s);
     bgc_spread(m->n_input + m->n_switch, d->u, s->u);
-    s->jacobians = s->factorisations = -1;
+    s->jacobians = -1;
     s->event_at = -INFINITY;
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];

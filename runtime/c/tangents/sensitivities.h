@@ -5,16 +5,13 @@
 #include "bgc_internal.h"
 #include "bgc_tangents.h"
 
-enum { BGC_TOGETHER = 4 }; /* stages whose products are made together; divides BGC_MAX_STAGES */
-
 /* As many parameters as a register has lanes. */
 typedef struct {
     lane *q, *mass;                    /* changes of h, behind them of what sampled parts hold; and of M */
     lane *now;                         /* derivatives of the states at the present, */
     lane *start, *end, *k;             /* and the dense output of the last step */
     int has_dense;                     /* k is complete */
-    lane *jac, *dfdt;                  /* changes of the Jacobian at hand; with curvature: */
-    lane *at_jac;                      /* derivatives of the states and held values where it was evaluated */
+    lane *products;                    /* of the change of the Jacobian with the stages */
     lane *delay;                       /* derivatives of the time of the last event */
 } bgc_sensitivity_block;
 
@@ -25,13 +22,15 @@ struct bgc_sensitivities {
     void *allocated;
 
     /* Values of the run, the same in all lanes. */
-    lane *h, *x, *u, *lu, *points;     /* points: of the stages */
+    lane *h, *x, *u, *points;          /* points: of the stages */
     lane *x_jac, *u_jac;               /* where the Jacobian was evaluated, at t_jac */
     double t_jac;
-    long jacobians, factorisations;    /* of the run when the Jacobian and the factors were taken */
+    lane *pair_d, *pair_q, *pair_r;    /* of each group of pairs, and of one: tangent_jacobian.c */
+    int pair_stages;                   /* stages of the pairs in pair_q; 0: none */
+    long jacobians;                    /* of the run when the Jacobian was taken */
 
     /* Scratch. */
-    lane *stages, *products, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work, *closing;
+    lane *stages, *right, *change, *along, *no_change, *result, *speed, *work, *solve_work, *closing;
     double *p, *prepared, *prepare_work, *column, *rate, *rate_after, *before_flows;
     double *before_inputs, *inputs_before, *instants_before; /* at an instant of sampled parts */
     double *reset; /* the states as jumps give them */
@@ -39,7 +38,6 @@ struct bgc_sensitivities {
     int jumps, jump_room;
     double *parameter;  /* changes of the parameters along each direction */
     double *multiplier; /* of the rows of closed chains, then the changes of momenta by these */
-    double *transposed; /* U_i of all stages side by side, for each state */
     int *pivot;
     double *dense_mass;
 
@@ -96,6 +94,12 @@ bgc_status bgc_find_rate(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, 
 bgc_status bgc_carry_sensitivity(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
                                  bgc_sensitivity_block *b, const double *ahead, const bgc_moment *behind,
                                  lane *v);
+
+/* --- tangent_jacobian.c: notes that the step has evaluated the Jacobian at t, its first point; J' U_i + slope_i (df/dt)' of all
+ * stages to the products of the blocks */
+void bgc_note_jacobian(const bgc_model *m, bgc_sensitivities *s, double t, int stages);
+void bgc_multiply_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
+                                     int stages, const double *slope);
 
 /* --- tangent_samples.c */
 void bgc_held_slopes(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *slope);

@@ -22,14 +22,22 @@ static const double *stage_of(const bgc_model *m, const bgc_data *d, int i) {
 /* out = base + sum of weight_j v_j. */
 static void combine(int n, int count, const double *weight, const lane *vectors, const lane *base,
                     lane *out) {
-    memcpy(out, base, (size_t)n * sizeof *out);
+    const lane *from[BGC_MAX_STAGES];
+    lane part[BGC_MAX_STAGES];
+    int used = 0;
+
     for (int j = 0; j < count; j++) {
-        const lane *v = vectors + (size_t)j * (size_t)n;
-        const lane part = lane_of(weight[j]);
-        const int used = weight[j] != 0.0 ? n : 0;
-        for (int i = 0; i < used; i++) {
-            out[i] += part * v[i];
+        if (weight[j] != 0.0) {
+            from[used] = vectors + (size_t)j * (size_t)n;
+            part[used++] = lane_of(weight[j]);
         }
+    }
+    for (int i = 0; i < n; i++) {
+        lane sum = base[i];
+        for (int j = 0; j < used; j++) {
+            sum += part[j] * from[j][i];
+        }
+        out[i] = sum;
     }
 }
 
@@ -50,7 +58,7 @@ static bgc_status find_point(const bgc_model *m, bgc_data *d, const bgc_sensitiv
     return bgc_satisfy(m, d, of->t + of->tableau->alpha[i] * of->h, d->point);
 }
 
-/* The points of the stages, and the inputs and factors of the step, to all lanes. */
+/* The points of the stages, and the inputs of the step, to all lanes. */
 static bgc_status spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, const step *of) {
     const int n = m->n_state;
     bgc_status status = BGC_OK;
@@ -59,14 +67,6 @@ static bgc_status spread_step(const bgc_model *m, bgc_data *d, bgc_sensitivities
     for (int i = 0; i < of->tableau->stages && status == BGC_OK; i++) {
         status = find_point(m, d, s, of, i);
         bgc_spread(n, d->point, s->points + (size_t)i * (size_t)n);
-        for (int k = 0; k < n; k++) {
-            s->transposed[BGC_MAX_STAGES * k + i] = stage_of(m, d, i)[k];
-        }
-    }
-    if (of->implicit && s->kernel->solve != NULL && d->core.pivoting != BGC_DENSE &&
-        s->factorisations != d->core.counts.factorisations) {
-        bgc_spread(m->n_lu, d->lu, s->lu);
-        s->factorisations = d->core.counts.factorisations;
     }
     return status;
 }
@@ -77,7 +77,7 @@ static bgc_status solve(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
 
     if (s->kernel->solve != NULL &&
         (d->core.pivoting == BGC_STATIC || d->core.pivoting == BGC_CHECKED_ONCE)) {
-        s->kernel->solve(s->lu, s->right, s->solve_work);
+        s->kernel->solve(d->lu, s->right, s->solve_work);
         return BGC_OK;
     }
     for (int l = 0; l < BGC_LANE_WIDTH && status == BGC_OK; l++) {
@@ -94,72 +94,18 @@ static bgc_status solve(const bgc_model *m, bgc_data *d, bgc_sensitivities *s) {
 
 /* --- the parts of a right-hand side ---------------------------------------------------------------- */
 
-/* The change of the Jacobian that the step has evaluated, if it has. */
-static void differentiate_jacobian(const bgc_model *m, bgc_sensitivities *s, bgc_sensitivity_block *b,
-                                   const step *of) {
-    memcpy(b->at_jac, b->now, (size_t)m->n_state * sizeof *b->now);
-    memcpy(b->at_jac + m->n_state, b->q + m->n_hoist, (size_t)m->n_held * sizeof *b->q);
-    if (s->kernel->jacobian != NULL) {
-        memcpy(s->change, b->now, (size_t)m->n_state * sizeof *b->now);
-        s->change[m->n_state] = lane_of(0.0);
-        s->kernel->jacobian(s->h, lane_of(of->t), s->points, s->u, s->change, b->q, b->jac, b->dfdt,
-                            s->work);
-    }
-}
+/* The products of the change of the Jacobian, which the step has evaluated or holds, with its stages. */
+static void multiply_by_change(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s, const step *of) {
+    double slope[BGC_MAX_STAGES];
 
-/* J' U_i of all stages, to s->products: four at a time, for which each entry is read once. */
-static void multiply_change_of_jacobian(const bgc_model *m, bgc_sensitivities *s,
-                                        const bgc_sensitivity_block *b, int stages) {
-    const int n = m->n_state, *first = s->kernel->jac_first, *column = s->kernel->jac_col;
-
-    for (int from = 0; from < stages; from += BGC_TOGETHER) {
-        lane *product = s->products + (size_t)from * (size_t)n;
-        for (int i = 0; i < n; i++) {
-            lane sum[BGC_TOGETHER] = {{0.0}};
-            for (int k = first[i]; k < first[i + 1]; k++) {
-                const double *u = s->transposed + BGC_MAX_STAGES * (size_t)column[k] + from;
-                for (int j = 0; j < BGC_TOGETHER; j++) {
-                    sum[j] += u[j] * b->jac[k];
-                }
-            }
-            for (int j = 0; j < BGC_TOGETHER; j++) {
-                product[j * n + i] = sum[j];
-            }
-        }
+    if (s->jacobians != d->core.counts.jacobians) {
+        s->jacobians = d->core.counts.jacobians;
+        bgc_note_jacobian(m, s, of->t, of->tableau->stages);
     }
-}
-
-static void exchange(int n, lane *a, lane *b) {
-    for (int i = 0; i < n; i++) {
-        const lane kept = a[i];
-        a[i] = b[i];
-        b[i] = kept;
+    for (int i = 0; i < of->tableau->stages; i++) {
+        slope[i] = of->tableau->g[i] * of->h;
     }
-}
-
-/* s->right += J' U_i + slope (df/dt)'. */
-static void add_change_of_jacobian(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s,
-                                   bgc_sensitivity_block *b, int i, double slope) {
-    const lane *product = s->products + (size_t)i * (size_t)m->n_state;
-
-    if (s->kernel->jacobian != NULL) {
-        for (int k = 0; k < m->n_state; k++) {
-            s->right[k] += slope * b->dfdt[k];
-            s->right[k] += s->kernel->n_jac > 0 ? product[k] : lane_of(0.0);
-        }
-        return;
-    }
-    memcpy(s->change, b->at_jac, (size_t)m->n_state * sizeof *s->change);
-    s->change[m->n_state] = lane_of(0.0);
-    bgc_spread(m->n_state, stage_of(m, d, i), s->along);
-    s->along[m->n_state] = lane_of(slope);
-    exchange(m->n_held, b->q + m->n_hoist, b->at_jac + m->n_state);
-    s->kernel->curvature(s->h, lane_of(s->t_jac), s->x_jac, s->u_jac, s->change, b->q, s->along,
-                         s->result, s->work);
-    exchange(m->n_held, b->q + m->n_hoist, b->at_jac + m->n_state);
-    for (int k = 0; k < m->n_state; k++) {
-        s->right[k] += s->result[k];
-    }
+    bgc_multiply_change_of_jacobian(m, d, s, of->tableau->stages, slope);
 }
 
 /* s->right += M sum c_ij U_j' / h + M' (sum c_ij U_j / h - U_i / (h gamma)). */
@@ -221,7 +167,9 @@ static bgc_status differentiate_stage(const bgc_model *m, bgc_data *d, bgc_sensi
     s->kernel->rhs(s->h, lane_of(of->t + tableau->alpha[i] * of->h), s->points + (size_t)i * (size_t)n,
                    s->u, s->change, b->q, s->right, s->work);
     if (of->implicit) {
-        add_change_of_jacobian(m, d, s, b, i, tableau->g[i] * of->h);
+        for (int k = 0; k < n; k++) {
+            s->right[k] += b->products[i * n + k];
+        }
         add_earlier(m, d, s, b, of, i);
         status = solve(m, d, s);
     } else if (status == BGC_OK) {
@@ -275,16 +223,10 @@ static bgc_status finish(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
 
 /* The derivatives over a step of the method. */
 static bgc_status differentiate_stages(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                       bgc_sensitivity_block *b, const step *of, int fresh) {
+                                       bgc_sensitivity_block *b, const step *of) {
     bgc_status status = BGC_OK;
 
     bgc_spread(m->n_input + m->n_switch, d->u_step, s->u);
-    if (of->implicit && fresh) {
-        differentiate_jacobian(m, s, b, of);
-    }
-    if (of->implicit && s->kernel->n_jac > 0) {
-        multiply_change_of_jacobian(m, s, b, of->tableau->stages);
-    }
     for (int i = 0; i < of->tableau->stages && status == BGC_OK; i++) {
         status = differentiate_stage(m, d, s, b, of, i);
     }
@@ -323,7 +265,7 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     bgc_sensitivities *s = given;
     const step of = {method->tableau, d->core.t_old, d->core.t_end - d->core.t_old,
                      method->family->jacobian};
-    const int n = m->n_state, watched = d->core.watched, fresh = s->jacobians != d->core.counts.jacobians;
+    const int n = m->n_state, watched = d->core.watched;
     const bgc_pivoting pivoting = d->core.pivoting;
     const bgc_counts counts = d->core.counts;
     bgc_status status = BGC_OK;
@@ -336,17 +278,14 @@ bgc_status bgc_differentiate_step(const bgc_model *m, bgc_data *d, void *given,
     if (!d->core.left) {
         status = spread_step(m, d, s, &of);
     }
-    if (of.implicit && fresh && !d->core.left) {
-        s->t_jac = of.t;
-        memcpy(s->x_jac, s->points, (size_t)n * sizeof *s->x_jac);
-        memcpy(s->u_jac, s->u, (size_t)(m->n_input + m->n_switch) * sizeof *s->u);
-        s->jacobians = counts.jacobians;
+    if (of.implicit && !d->core.left) {
+        multiply_by_change(m, d, s, &of);
     }
     for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
         bgc_sensitivity_block *b = &s->block[k];
         memcpy(b->start, b->now, (size_t)n * sizeof *b->now);
         status = d->core.left ? differentiate_departure(m, d, s, b, &of)
-                              : differentiate_stages(m, d, s, b, &of, fresh);
+                              : differentiate_stages(m, d, s, b, &of);
         if (status == BGC_OK && t < d->core.t_end) {
             status = bgc_interpolate_sensitivity(m, d, s, b, t, d->next, b->now);
         } else {
