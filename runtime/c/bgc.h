@@ -500,6 +500,7 @@ typedef struct {
     /* Of a method that changes between an implicit and an explicit one: steps of the explicit one, and
      * changes. */
     long explicit_steps, method_changes;
+    long doubtful_errors; /* steps and events at which estimated errors were too large for linearised equations */
 } bgc_counts;
 
 /* Restarts the count of steps and samples at the present time, and discards the dense output of the

@@ -19,6 +19,8 @@
 
 static const double near_edge = 1e-2;              /* of the way of an argument in a step, */
 static const double rounded = 16.0 * DBL_EPSILON; /* of times and arguments */
+static const double same_time = 1e-12;             /* relative, of two events */
+static const double most_late = 0.2;               /* of the time since the event before, that is doubtful */
 static const double back_part = 1e-6;              /* of a step, by which a difference along the motion goes back, */
 static const double back_least = 1e-9;             /* at least so much of the time */
 
@@ -82,6 +84,17 @@ static double event_delay(const bgc_model *m, const bgc_data *d) {
     return most;
 }
 
+/* Tests that dt is no small part of the time since the event before: the exact solution may meet others. */
+static int is_far_off(bgc_core *core, double dt) {
+    const double since = core->t - core->off_event;
+
+    if (!(since > same_time * fabs(core->t))) {
+        return 0;
+    }
+    core->off_event = core->t;
+    return fabs(dt) > most_late * since;
+}
+
 /* Derivatives along v, the change of the states up to the jumps at the present, of the values that they give. */
 static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
     const double shift = bgc_error_shift(m, d, d->y1, v);
@@ -103,15 +116,16 @@ static void carry_through_resets(const bgc_model *m, bgc_data *d, double *v) {
  * couples rates or has empty rows, the factors of the step stand for it. */
 void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const int n = m->n_state, implicit = method->family->jacobian;
-    const bgc_counts counts = d->core.counts;
     const double dt = event_delay(m, d);
     const double *f_before = bgc_error_vector(m, d, 8), *motion = bgc_error_vector(m, d, 10);
     double *f_after = bgc_error_vector(m, d, 0), *v = bgc_error_vector(m, d, 1);
+    bgc_counts counts;
     int jumped = 0;
 
     for (int k = 0; k < m->n_jump; k++) {
         jumped |= d->jumped_at[k] == d->core.t;
     }
+    d->core.counts.doubtful_errors += is_far_off(&d->core, dt);
     bgc_forget_local_error(&d->core);
     d->core.off_slope = 0.0;
     m->rhs(d->h, d->core.t, d->x, d->u, f_after, d->work);
@@ -130,9 +144,10 @@ void bgc_carry_error_through(const bgc_model *m, bgc_data *d, const bgc_method *
     for (int i = 0; i < n; i++) {
         v[i] = (f_before[i] - f_after[i]) * dt;
     }
+    counts = d->core.counts;
     bgc_solve_for_error(m, d, v);
+    d->core.counts = counts;
     for (int i = 0; i < n; i++) {
         d->off[i] += v[i];
     }
-    d->core.counts = counts;
 }

@@ -35,6 +35,8 @@ static const double timed_slope = 1e-2;        /* part of the slope that may dep
 static const double short_delay = 1e-2;        /* of a step: by so much a difference may leave its time */
 static const double largest_turn = 1.7;       /* |h J| along e for the first of the two explicit formulas */
 static const double slight_change = 1e-3;      /* of J e: it is left out */
+static const double seen_bends = 1e-4;         /* relative size of e from which on bends of f are looked at, */
+static const double most_bent = 0.3;           /* and their part in the change of e that is doubtful */
 
 /* At the start of a run. */
 void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
@@ -51,7 +53,7 @@ void bgc_reset_errors(const bgc_model *m, bgc_data *d) {
         d->lowest[k] = HUGE_VAL;
         d->highest[k] = -HUGE_VAL;
     }
-    d->core.off_noted = d->core.t;
+    d->core.off_noted = d->core.off_event = d->core.t;
     d->core.off_delayed = d->core.off_bends = 0;
     d->core.off_gamma = 0.0;
     d->core.off_slope = 0.0;
@@ -251,6 +253,39 @@ static void carry_explicit(const bgc_model *m, bgc_data *d, const bgc_error_step
     }
 }
 
+/* f at a part of e away from the end of the step. */
+static void find_beside(const bgc_model *m, bgc_data *d, const bgc_error_step *s, double part, double *f) {
+    for (int i = 0; i < m->n_state; i++) {
+        d->point[i] = d->next[i] + part * d->off[i];
+    }
+    m->rhs(d->h, s->t + s->h, d->point, d->u, f, d->work);
+}
+
+/* Tests that f bends within e at the end of the step by a large part of what changes e there: the linearised equations
+ * do not say then how it goes on. */
+static int bends_within_error(const bgc_model *m, bgc_data *d, const bgc_error_step *s) {
+    double *beyond = bgc_error_vector(m, d, 4), *before = bgc_error_vector(m, d, 5);
+    double slopes = 0.0, bends = 0.0, all = 0.0, relative = 0.0;
+
+    for (int i = 0; i < m->n_state; i++) {
+        relative = fmax(relative, d->core.rtol * fabs(d->off[i]) / bgc_tolerance(d, i, fabs(d->next[i])));
+    }
+    if (!(relative > seen_bends)) {
+        return 0;
+    }
+    find_beside(m, d, s, 1.0, beyond);
+    find_beside(m, d, s, -1.0, before);
+    for (int i = 0; i < m->n_state; i++) {
+        const double weight = 1.0 / bgc_tolerance(d, i, fabs(d->next[i])), e = d->off[i] * weight;
+        const double slope = 0.5 * s->h * (beyond[i] - before[i]) * weight;
+        const double bend = s->h * (0.5 * (beyond[i] + before[i]) - s->f_end[i]) * weight;
+        slopes += slope * slope;
+        bends += bend * bend;
+        all += e * e;
+    }
+    return bends > most_bent * most_bent * fmax(slopes, all);
+}
+
 /* Tests that the modes are those of the step: a law that is undefined beyond its switch releases them. */
 static int holds_modes(const bgc_model *m, const bgc_data *d) {
     return m->n_switch == 0 ||
@@ -332,6 +367,7 @@ void bgc_follow_error(const bgc_model *m, bgc_data *d, const bgc_method *method,
     if (core->event) {
         bgc_look_at_switches(m, d, t, s.f_end);
     }
+    counts.doubtful_errors += measured && bends_within_error(m, d, &s);
     core->counts = counts;
     core->watched = watched;
     core->pivoting = pivoting;

@@ -205,6 +205,7 @@ typedef struct {
     int off_method;       /* of the steps that the local errors at hand belong to */
     int off_every, off_since; /* a step in so many is measured; steps since the last one */
     int off_bends, off_delayed; /* J changes e by more than little; e is a delay */
+    double off_event;     /* the time of the last event, or of the start */
     double off_noted;     /* the last time whose errors are in largest_off */
     double off_size;      /* of the local error at hand, over the tolerances */
     double off_error;     /* the estimate of the method for the measured step */

@@ -19,9 +19,11 @@ _LOST = 0.5  # of a column's size: a larger error at half of the rows is no figu
 
 
 def judged(
-    columns: Mapping[str, Array], errors: Mapping[str, Array]
+    columns: Mapping[str, Array], errors: Mapping[str, Array], doubtful: bool
 ) -> tuple[dict[str, Array], str]:
     """Judge the estimated errors of columns; return them, and in words how they were made.
+
+    `doubtful` ones have met steps or events at which they were too large for linearised equations.
 
     Those that could not be followed through a step, and those that are as large as the values at
     half of the rows, are NaN: in the second case the run has not begun to converge, or is chaotic.
@@ -35,7 +37,7 @@ def judged(
             lost.append(name)
         elif np.isnan(error).any():
             unfollowed.append(name)
-    made = _FOLLOWED
+    made = _FOLLOWED + "; uncertain: some were too large for linearised equations" * doubtful
     if lost:
         made += f"; unknown where they are as large as the values: {listed(lost)}"
     if unfollowed:
@@ -57,7 +59,7 @@ def unknown(columns: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def why_unknown(estimate: str) -> str:
-    """The part of `Result.error_estimate` that says why errors are NaN; empty where none are."""
+    """The part of `Result.error_estimate` that says which errors are NaN or uncertain, and why."""
     made, _, reason = estimate.partition("; ")
     return reason if made == _FOLLOWED else made
 

@@ -93,7 +93,8 @@ def simulate(
     off: dict[str, Array] = {}
     if followed:
         largest = largest_between(found[:done, model.row_width :], between)
-        off, unserved = estimated(model, rows[:reached], largest)
+        doubtful = instance.counts["doubtful_errors"] > 0
+        off, unserved = estimated(model, rows[:reached], largest, doubtful)
     result = with_errors(result, off, unserved)
     raise_where_ended(model, instance, Status.INTERRUPTED if interrupted else status, result)
     rounded = undecided(model, capped, instance, times, rows, parameters)
@@ -131,7 +132,9 @@ def errors_not_estimated(model: LoadedModel, method: Solver, rows: int) -> str:
     return ""
 
 
-def estimated(model: LoadedModel, rows: Array, off: Array) -> tuple[dict[str, Array], str]:
+def estimated(
+    model: LoadedModel, rows: Array, off: Array, doubtful: bool
+) -> tuple[dict[str, Array], str]:
     """Judge the errors of outputs, (rows, outputs), that a scene observes or requires.
 
     Returns them by name, and in words how they were made.
@@ -139,7 +142,7 @@ def estimated(model: LoadedModel, rows: Array, off: Array) -> tuple[dict[str, Ar
     wanted = {*model.facts.columns, *dict(model.facts.requirements)}
     places = {v.name: k for k, v in enumerate(model.measured) if v.name in wanted}
     values = {name: rows[:, k] for name, k in places.items()}
-    return judged(values, {name: off[:, k] for name, k in places.items()})
+    return judged(values, {name: off[:, k] for name, k in places.items()}, doubtful)
 
 
 def with_errors(result: Result, errors: Mapping[str, Array], made: str) -> Result:

@@ -193,7 +193,7 @@ class CountsStruct(ctypes.Structure):
         ("controlled_steps", c_double),
         *((name, c_long) for name in ("rounding_samples", "rounding")),
         ("largest_rounding", c_double),
-        *((name, c_long) for name in ("explicit_steps", "method_changes")),
+        *((name, c_long) for name in ("explicit_steps", "method_changes", "doubtful_errors")),
     ]
 
 

@@ -232,6 +232,19 @@ def test_errors_of_a_chaotic_run_and_of_sampled_parts_are_withheld(tmp_path):
     assert "not estimated" in run.error_estimate and "+-" not in extremes(run)
 
 
+@pytest.mark.parametrize(
+    ("path", "duration"),
+    [(MODELS / "ivp/kepler.bg", None), (LIBRARY / "examples/backlash.bg", "2 s")],
+    ids=["nonlinear", "events"],
+)
+def test_errors_too_large_for_linearised_equations_are_said_to_be_uncertain(path, duration):
+    model = bgc.compile(path)
+    run, closer = (model.simulate(duration, rtol=rtol) for rtol in (1e-4, 1e-6))
+    assert "; uncertain: " in run.error_estimate
+    assert "+- uncertain: some were too large for linearised equations" in extremes(run)
+    assert "uncertain" not in closer.error_estimate + extremes(closer)
+
+
 def test_a_run_without_estimate_says_so_where_it_is_asked_for(tmp_path):
     path = tmp_path / "ball.bg"
     path.write_text(BALL)
