@@ -7,12 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.dense import (
     damped_change,
     independent_in,
     independent_rows,
     soft_motion,
 )
+from bgc.algebra.derivatives import gradient
+from bgc.equations.closures.contradiction import is_within_reach
+from bgc.equations.closures.manifold import Conditions
 from bgc.equations.inertias.rank import _flows_left
 
 
@@ -75,6 +79,16 @@ def test_rows_determine_a_flow_once_those_before_it_are_known(rows, left):
     given = [{abs(k): k for k in row} for row in rows]
     flows = {k for row in given for k in row} if rows else {0, 1, 2}
     assert _flows_left(variables, given, flows) == left
+
+
+def test_two_bars_in_one_line_end_the_reach_of_a_chain():
+    dag = Dag()
+    angles = [dag.symbol(Kind.STATE, k) for k in range(2)]
+    nodes = [dag.add(*(dag.call(op, angle) for angle in angles)) for op in (Op.COS, Op.SIN)]
+    conditions = Conditions(nodes, [0, 1], [gradient(dag, node, angles) for node in nodes])
+    for first, second in ((0.0, 0.0), (0.5, -0.5)):
+        point = {Symbol(Kind.STATE, 0): first, Symbol(Kind.STATE, 1): second}
+        assert is_within_reach(dag, conditions, point) == (first != second)
 
 
 def test_what_rounded_data_leave_over_is_neither_a_row_nor_a_mass():
