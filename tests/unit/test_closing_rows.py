@@ -17,6 +17,7 @@ from bgc.algebra.dense import (
 from bgc.algebra.derivatives import gradient
 from bgc.equations.closures.contradiction import is_within_reach
 from bgc.equations.closures.manifold import Conditions
+from bgc.equations.closures.start_check import _values
 from bgc.equations.inertias.rank import _flows_left
 
 
@@ -79,6 +80,14 @@ def test_rows_determine_a_flow_once_those_before_it_are_known(rows, left):
     given = [{abs(k): k for k in row} for row in rows]
     flows = {k for row in given for k in row} if rows else {0, 1, 2}
     assert _flows_left(variables, given, flows) == left
+
+
+@pytest.mark.parametrize(("kind", "found"), [("momentum", (2.0, 3.0)), ("algebraic", None)])
+def test_a_flow_that_a_loop_gives_is_not_compared_before_the_loop_is_solved(kind, found):
+    dag = Dag()
+    program = SimpleNamespace(dag=dag, states=[SimpleNamespace(kind=kind)])
+    given = SimpleNamespace(node=dag.symbol(Kind.STATE, 0), value=dag.const(3))
+    assert _values(program, given, {Symbol(Kind.STATE, 0): 2.0}) == found
 
 
 def test_two_bars_in_one_line_end_the_reach_of_a_chain():
