@@ -352,6 +352,8 @@ def _hidden_conflict(
     if rank == moving:
         return []
     free = {e: rows for e, rows in sources.items() if rank_of([*others, *rows]) > rank}
+    if not free:
+        return []  # the motion powers no element at all
     columns = {k for rows in free.values() for row in rows for k in row}
     through = [n for n, entries in enumerate(flows) if not columns.isdisjoint(entries)]
     return [effort_conflict(graph, structure, through[0], list(free), through)]
