@@ -38,6 +38,7 @@ from program_variants import slice_and_whole
 from raw_equations import raw_equations
 
 import bgc
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
 from bgc.options import Options
 
@@ -68,6 +69,14 @@ def test_a_program_that_was_refused_has_equations(seed: int, tmp_path: Path) -> 
     path = tmp_path / "program.bg"
     path.write_text(write(draw_program(seed)), encoding="utf-8")
     compile_scene(path, Options(), until="equations")
+
+
+def test_a_choice_with_a_motion_of_nothing_is_refused(tmp_path: Path) -> None:
+    """Rows taken in sequence leave a motion there that powers no element."""
+    path = tmp_path / "program.bg"
+    path.write_text(write(draw_program(104404)), encoding="utf-8")
+    with pytest.raises(BgError, match="BG512"):
+        compile_scene(path, Options(), until="equations")
 
 
 @pytest.mark.parametrize("seed", [101115, 103043])

@@ -12,6 +12,8 @@ from random_graphs import random_graph
 from refusals import codes_of
 
 from bgc.algebra.dag import Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.causality.certificates import Certifier
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import BasisKind
@@ -243,3 +245,11 @@ def chain(g: GraphBuilder, size: int) -> None:
         g.bond(f"gap{k}", f"body{k}")
         if k:
             g.bond(f"body{k - 1}", f"gap{k}")
+
+
+def test_a_pivot_is_small_below_a_tenth_of_its_row() -> None:
+    g = GraphBuilder()
+    certifier = Certifier(g.dag, Fingerprints(g.dag), ())
+    row = [g.node(x) for x in (3, 20, 100)]
+    found = [certifier.size_in(node, row) for node in row]
+    assert [size.is_small for size in found if size is not None] == [True, False, False]

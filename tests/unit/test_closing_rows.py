@@ -19,6 +19,7 @@ from bgc.equations.closures.contradiction import is_within_reach
 from bgc.equations.closures.manifold import Conditions
 from bgc.equations.closures.start_check import _values
 from bgc.equations.inertias.rank import _flows_left
+from bgc.equations.storage.conditions import Answer, System
 
 
 def dependent(seed):
@@ -107,3 +108,12 @@ def test_what_rounded_data_leave_over_is_neither_a_row_nor_a_mass():
     assert independent_rows([[1.0, 0.0], [0.0, 1e-8]], 1e-7) == [0, 1]
     assert soft_motion([[49.0, 0.0], [0.0, 4e-14]], [49.0, 4e-14], 1e-9, 49e-14) == [0.0, 1.0]
     assert soft_motion([[49.0, 0.0], [0.0, 4e-12]], [49.0, 4e-12], 1e-9, 49e-14) is None
+
+
+def test_a_sum_that_cancels_but_for_rounding_follows():
+    system = System()
+    for k, value in enumerate((0.1, 0.2, 0.3)):
+        assert system.insert([*(float(j == k) for j in range(3)), value]) is Answer.ADDS
+    assert 0.1 + 0.2 - 0.3 != 0
+    assert system.insert([1.0, 1.0, -1.0, 0.0]) is Answer.FOLLOWS
+    assert system.insert([1.0, 1.0, -1.0, 1e-6]) is Answer.CONTRADICTS

@@ -5,14 +5,19 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from refusals import codes_of
 
 import bgc
+from bgc.algebra.dag import Dag, Kind
+from bgc.algebra.fingerprint import Fingerprints
 from bgc.driver import Stages, compile_scene
 from bgc.equations.audit import power_defect
+from bgc.equations.loops.rates import rate_terms
+from bgc.equations.start.given import values_to_check
 from bgc.ir.program import Loop, LoopKind, LoopSolution
 from bgc.options import Options
 
@@ -179,3 +184,42 @@ def test_what_equations_say_without_rates_is_found(written, method):
 def test_equations_whose_rates_vanish_with_a_parameter_are_refused(written):
     model = bgc.compile(written(HIDDEN.format("")))
     assert codes_of(model.simulate, parameters={"k": 0}) == ["BG707"]
+
+
+def test_states_with_one_rate_add_up() -> None:
+    dag = Dag()
+    x, y, rate = (dag.symbol(Kind.STATE, k) for k in range(3))
+    time = dag.symbol(Kind.TIME)
+    found = rate_terms(dag, dag.add(time, dag.mul(x, y)), {x: rate, y: rate})
+    assert found.by_time == dag.one
+    assert found.weights == {rate: dag.add(y, x)}
+
+
+def test_a_value_of_a_loop_is_not_proven_before_the_loop_is_solved() -> None:
+    dag = Dag()
+    states = [
+        SimpleNamespace(kind=kind, projection=None, initial=dag.zero)
+        for kind in ("momentum", "algebraic")
+    ]
+    causal = SimpleNamespace(closures=(), fingerprints=Fingerprints(dag))
+    given = [SimpleNamespace(node=dag.symbol(Kind.STATE, k), value=dag.zero) for k in range(2)]
+    variables = SimpleNamespace(dag=dag, causal=causal)
+    assert values_to_check(variables, given, states, ()) == (given[1],)
+
+
+@pytest.mark.parametrize(
+    "momenta",
+    [("2 + tanh(j.f)", ["a.p"]), ("2 + tanh(j.f) + (if time < 0.5 then 0 else 1)", ["j.p"])],
+)
+def test_a_modulus_that_jumps_keeps_the_common_momentum(
+    momenta: tuple[str, list[str]], tmp_path: Path
+) -> None:
+    modulus, expected = momenta
+    path = tmp_path / "m.bg"
+    path.write_text(
+        "model M { s : Se(1); j : J1; a : I(1); k : J1; b : I(2); "
+        f"m : MTF {{ f2 = ({modulus})*f1; }} s -> j -> a; j -> m -> k -> b; }} "
+        "scene t of M { observe a.f, b.f; run 1 s; }"
+    )
+    states = compile_scene(path, Options(), until="equations").equations.states
+    assert [state.name for state in states if state.kind == "momentum"] == expected

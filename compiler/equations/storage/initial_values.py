@@ -60,7 +60,7 @@ def given_of_element(dag: Dag, element: StorageElement) -> Iterator[GivenVariabl
     for (position, variable), initial in given_values(element).items():
         port = element.ports[position]
         state, answer = ("p", "f") if port.has_momentum else ("q", "e")
-        if variable == "q" and port.has_momentum and port.charge is not None:
+        if variable == "q" and port.has_momentum:
             continue  # the charge of an IC beside its momentum starts by itself
         if variable == "p" and not port.has_momentum and initial.value == dag.zero:
             continue  # imposes nothing on a port without momentum
