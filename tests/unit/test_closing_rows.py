@@ -16,7 +16,7 @@ from bgc.algebra.dense import (
 )
 from bgc.algebra.derivatives import gradient
 from bgc.equations.closures.contradiction import is_within_reach
-from bgc.equations.closures.manifold import Conditions
+from bgc.equations.closures.manifold import Conditions, chosen_rows
 from bgc.equations.closures.start_check import _values
 from bgc.equations.inertias.rank import _flows_left
 from bgc.equations.storage.conditions import Answer, System
@@ -117,3 +117,13 @@ def test_a_sum_that_cancels_but_for_rounding_follows():
     assert 0.1 + 0.2 - 0.3 != 0
     assert system.insert([1.0, 1.0, -1.0, 0.0]) is Answer.FOLLOWS
     assert system.insert([1.0, 1.0, -1.0, 1e-6]) is Answer.CONTRADICTS
+
+
+def test_rows_that_depend_on_others_at_a_point_are_not_chosen_there():
+    dag = Dag()
+    rows = ((dag.one, dag.zero), (dag.one, dag.zero), (dag.zero, dag.one))
+    actions = tuple(tuple(map(dag.neg, column)) for column in zip(*rows, strict=True))
+    closures = SimpleNamespace(
+        ranks=(2,), chain_of=(0, 0, 0), by_impulse=rows, response=actions, impulses=(0, 1)
+    )
+    assert chosen_rows(dag, closures, {}) == [0, 2]
