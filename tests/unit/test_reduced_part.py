@@ -151,7 +151,7 @@ def test_a_reduced_wall_fills_the_slot_of_the_whole_one(tmp_path: Path) -> None:
     assert np.abs(one["loss"] - two["loss"])[1:].max() < 1.2e-2 * one["loss"][0]
     assert np.abs(one["wall.middle"] - two["wall.middle"]).max() < 0.4
     assert not two["energy.stored"].any()  # heat is no power
-    with pytest.raises(bgc.SimulationError, match="reduced for its area"):
+    with pytest.raises(BgError, match=r"BG705.*reduced for its area"):
         bgc.compile(small).simulate(parameters={"wall.area": 3.0})
 
 
