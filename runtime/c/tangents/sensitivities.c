@@ -1,4 +1,4 @@
-/* sensitivities.c: memory and start of the derivatives of a run. */
+/* sensitivities.c: memory of the derivatives of a run, and what they depend on. */
 #include "tangents/sensitivities.h"
 
 #include <math.h>
@@ -150,10 +150,9 @@ void bgc_slope_sensitivity(const bgc_model *m, bgc_sensitivities *s, const bgc_s
     s->kernel->rhs(s->h, lane_of(at->t), s->x, s->u, s->change, b->q, s->right, s->work);
 }
 
-/* --- the start --------------------------------------------------------------------------------- */
+/* --- what depends on parameters alone ------------------------------------------------------------ */
 
-/* The changes of what depends on parameters alone. */
-static void prepare(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s) {
+void bgc_prepare_sensitivities(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s) {
     const int hoisted = s->kernel->n_hoist;
     double *change = s->p + s->kernel->first_change, *follows = change + m->n_param;
     const double *changes = s->prepared + hoisted;
@@ -180,115 +179,6 @@ void bgc_follow_chosen_rows(const bgc_model *m, bgc_data *d, bgc_sensitivities *
     const size_t selectors = (size_t)(s->kernel->first_change - m->n_param) * sizeof *d->p;
 
     if (memcmp(d->p + m->n_param, s->p + m->n_param, selectors) != 0) {
-        prepare(m, d, s);
+        bgc_prepare_sensitivities(m, d, s);
     }
-}
-
-/* The changes of the unknowns of the start, by the implicit function: J ds = -dr. */
-static bgc_status differentiate_start(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                      bgc_sensitivity_block *b) {
-    const int n = m->n_start;
-    lane *change = s->change + m->n_state + 1, *at = s->result;
-
-    m->start(d->h, d->core.t, d->u, d->start_at, d->start_change, d->start_jac, d->work);
-    memcpy(d->start_lu, d->start_jac, (size_t)n * (size_t)n * sizeof *d->start_lu);
-    if (bgc_factorise_dense(n, d->start_lu, d->start_pivot, d->start_magnitude) >= 0) {
-        return BGC_SINGULAR;
-    }
-    memset(s->change, 0, (size_t)(m->n_state + 1 + n) * sizeof *s->change);
-    bgc_spread(n, d->start_at, at);
-    s->kernel->start(s->h, lane_of(d->core.t), s->u, at, s->change, b->q, s->right, s->work);
-    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
-        for (int i = 0; i < n; i++) {
-            d->start_change[i] = -lane_get(s->right[i], l);
-        }
-        bgc_solve_dense(n, d->start_lu, d->start_pivot, d->start_change);
-        for (int i = 0; i < n; i++) {
-            lane_set(&change[i], l, d->start_change[i]);
-        }
-    }
-    s->kernel->started(s->h, lane_of(d->core.t), s->u, at, s->change, b->q, b->now, s->work);
-    return BGC_OK;
-}
-
-bgc_status bgc_start_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivities *s,
-                                   const double *parameter, const double *state) {
-    const size_t n = (size_t)m->n_state;
-    const bgc_moment now = {d->core.t, d->x, d->u};
-    bgc_status status = BGC_OK;
-
-    memcpy(s->parameter, parameter, (size_t)s->count * (size_t)m->n_param * sizeof *parameter);
-    prepare(m, d, s);
-    bgc_spread(m->n_input + m->n_switch, d->u, s->u);
-    s->jacobians = -1;
-    s->event_at = -INFINITY;
-    for (int k = 0; k < s->blocks && status == BGC_OK; k++) {
-        bgc_sensitivity_block *b = &s->block[k];
-        if (m->n_held > 0) {
-            s->kernel->held_start(s->h, lane_of(d->core.t), s->u, b->q, b->q + m->n_hoist, s->work);
-        }
-        if (m->n_mass > 0) {
-            s->kernel->mass(s->h, b->q, b->mass, s->work);
-        }
-        if (m->n_start > 0) {
-            status = differentiate_start(m, d, s, b);
-        } else {
-            s->kernel->initial(s->h, lane_of(d->core.t), s->u, b->q, b->now, s->work);
-        }
-        for (int l = 0; l < BGC_LANE_WIDTH && k * BGC_LANE_WIDTH + l < s->count; l++) {
-            const double *own = state + (size_t)(k * BGC_LANE_WIDTH + l) * n;
-            for (size_t i = 0; i < n; i++) {
-                lane_set(&b->now[i], l, lane_get(b->now[i], l) + own[i]);
-            }
-        }
-        m->initial(d->h, d->core.t, d->u, s->rate, d->work);
-        if (m->n_start > 0) {
-            m->started(d->h, d->core.t, d->u, d->start_at, s->rate, d->work);
-        }
-        bgc_project_sensitivity(m, s, b, now.t, d->x, b->now);
-        if (status == BGC_OK) {
-            status = bgc_close_sensitivity(m, d, s, b, &now, s->rate, lane_of(0.0), b->now);
-        }
-        if (status == BGC_OK) {
-            status = bgc_satisfy_sensitivity(m, d, s, b, &now, s->rate, lane_of(0.0), b->now);
-        }
-        b->has_dense = 0;
-    }
-    return status;
-}
-
-/* --- derivatives at the present ------------------------------------------------------------------ */
-
-void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x) {
-    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
-
-    for (int i = 0; i < m->n_state; i++) {
-        x[i] = lane_get(b->now[i], k % BGC_LANE_WIDTH);
-    }
-    for (int i = 0; i < m->n_held; i++) {
-        x[m->n_state + i] = lane_get(b->q[m->n_hoist + i], k % BGC_LANE_WIDTH);
-    }
-}
-
-void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const double *x) {
-    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
-
-    for (int i = 0; i < m->n_state; i++) {
-        lane_set(&b->now[i], k % BGC_LANE_WIDTH, x[i]);
-    }
-    for (int i = 0; i < m->n_held; i++) {
-        lane_set(&b->q[m->n_hoist + i], k % BGC_LANE_WIDTH, x[m->n_state + i]);
-    }
-}
-
-void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f) {
-    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
-    const bgc_moment now = {d->core.t, d->x, d->u};
-
-    bgc_slope_sensitivity(m, s, b, &now, s->no_change, lane_of(0.0));
-    for (int i = 0; i < m->n_state; i++) {
-        f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
-    }
-    bgc_chain_slopes(m, d, s, k, f + m->n_state);
-    bgc_held_slopes(m, d, s, k, f + m->n_state + bgc_chain_rows(m));
 }

@@ -58,7 +58,9 @@ static inline void bgc_spread(int n, const double *from, lane *to) {
     }
 }
 
-/* --- sensitivities.c: what depends on parameters alone, where other rows of closed chains have been chosen */
+/* --- sensitivities.c: what depends on parameters alone; the same where other rows of closed chains have been
+ * chosen */
+void bgc_prepare_sensitivities(const bgc_model *m, const bgc_data *d, bgc_sensitivities *s);
 void bgc_follow_chosen_rows(const bgc_model *m, bgc_data *d, bgc_sensitivities *s);
 
 /* derivatives of f, to s->right, where the states have the derivatives v and time has

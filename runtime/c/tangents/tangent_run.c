@@ -56,3 +56,39 @@ bgc_status bgc_run_sensitivities(const bgc_model *m, bgc_data *d, bgc_sensitivit
     d->follower = NULL;
     return status;
 }
+
+/* --- derivatives at the present ------------------------------------------------------------------ */
+
+void bgc_get_sensitivity(const bgc_model *m, const bgc_sensitivities *s, int k, double *x) {
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+
+    for (int i = 0; i < m->n_state; i++) {
+        x[i] = lane_get(b->now[i], k % BGC_LANE_WIDTH);
+    }
+    for (int i = 0; i < m->n_held; i++) {
+        x[m->n_state + i] = lane_get(b->q[m->n_hoist + i], k % BGC_LANE_WIDTH);
+    }
+}
+
+void bgc_set_sensitivity(const bgc_model *m, bgc_sensitivities *s, int k, const double *x) {
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+
+    for (int i = 0; i < m->n_state; i++) {
+        lane_set(&b->now[i], k % BGC_LANE_WIDTH, x[i]);
+    }
+    for (int i = 0; i < m->n_held; i++) {
+        lane_set(&b->q[m->n_hoist + i], k % BGC_LANE_WIDTH, x[m->n_state + i]);
+    }
+}
+
+void bgc_slope_by_parameters(const bgc_model *m, bgc_data *d, bgc_sensitivities *s, int k, double *f) {
+    const bgc_sensitivity_block *b = &s->block[k / BGC_LANE_WIDTH];
+    const bgc_moment now = {d->core.t, d->x, d->u};
+
+    bgc_slope_sensitivity(m, s, b, &now, s->no_change, lane_of(0.0));
+    for (int i = 0; i < m->n_state; i++) {
+        f[i] = lane_get(s->right[i], k % BGC_LANE_WIDTH);
+    }
+    bgc_chain_slopes(m, d, s, k, f + m->n_state);
+    bgc_held_slopes(m, d, s, k, f + m->n_state + bgc_chain_rows(m));
+}
