@@ -121,7 +121,7 @@ BESIDE = {
         "symmetry"
     ),
     "values given to a run, a command or a study, or in a file beside the model": (
-        "ahead asserts cost data_files files inputs observables operability optimise realtime "
+        "ahead asserts cost data_files effects files inputs observables operability optimise realtime "
         "reduce scenes stress study world"
     ),
     "how messages are shown, looked up, counted or made errors": (

@@ -118,8 +118,7 @@ class PortHamiltonian:
     def response(self, s: complex) -> Complex:
         """The transfer matrix y by u at s, (m, m)."""
         states = np.linalg.solve(s * np.eye(self.states) - self.A + 0j, self.B + 0j)
-        found: Complex = self.C @ states + self.D + 0j
-        return found
+        return np.asarray(self.C @ states + self.D, np.complex128)
 
 
 def _size(matrix: Array) -> float:

@@ -2,6 +2,7 @@ import errno
 import shutil
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +24,14 @@ from bgc.building.build import (
     unit_flags,
 )
 from bgc.building.cache import Cache
-from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, ZIGLANG, Toolchain, find_toolchain
+from bgc.building.toolchain import (
+    GCC_PASSES,
+    RUNTIME_FLAGS,
+    ZIGLANG,
+    Toolchain,
+    find_toolchain,
+    try_compiler,
+)
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, Library
 from bgc.runtime.running.structures import Status
@@ -164,6 +172,12 @@ def test_temporary_files_of_a_compiler_vanish_with_its_folder(tmp_path):
     """A compiler that is killed leaves its `.s` and `.o` files there: megabytes of a model."""
     done = Toolchain(("sh", "-c", 'mktemp "$TMPDIR/cc.XXXXXX"'), "cc", "").run((), tmp_path)
     assert Path(done.stdout.strip()).parent == tmp_path
+
+
+def test_a_folder_for_temporary_files_that_is_not_there_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
+    with pytest.raises(BgError, match=r"BG642: cannot write temporary files in .*gone"):
+        try_compiler(find_toolchain())
 
 
 def test_a_full_disk_is_named_as_such(cache, tmp_path):
