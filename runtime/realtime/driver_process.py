@@ -22,6 +22,9 @@ WITHOUT_HARDWARE = ("trace", "pointer", "gamepad", "spring_hand")
 """Drivers of the runtime that drive no hardware; they run in the process of the loop."""
 
 _OPENING_STATES = (RemoteState.STARTING, RemoteState.WITHOUT_POSE)
+_AHEAD = 0.2e-3  # s before a sample, and at most that part of a period, at which a pose is read
+_AHEAD_ALONE = 0.3e-3  # where the loop waits actively for the sample on the only core
+_AHEAD_PART = 0.2
 _OPENING = 120.0  # s in which a driver opens its device, which may be moved meanwhile
 _FIRST_POSE = 2.0  # s from there to the first pose
 _CLOSING = 0.2  # s in which it closes the device
@@ -30,6 +33,8 @@ _LOOK = 0.001  # s between two looks
 
 class DriverProcess:
     """The process of one driver, and one in reserve that writes zero where the first one fails.
+
+    `device` is its device, which is read `ahead` seconds before each sample.
 
     `library` is the shared object that holds the driver. The constructor returns once the device is
     open and has given a pose, or a fault.
@@ -40,12 +45,14 @@ class DriverProcess:
     def __init__(
         self, servo: ServoLibrary, device: FoundDriver, library: str, options: OptionsStruct
     ) -> None:
-        self._servo, self._device = servo, device
+        self._servo, self.device = servo, device
         self._processes: list[subprocess.Popen[bytes]] = []
         with tempfile.TemporaryFile() as shared:
             self.file = os.dup(shared.fileno())
         self._files = [self.file]
-        servo.share(self.file, options)
+        longest = _AHEAD_ALONE if os.cpu_count() == 1 else _AHEAD
+        self.ahead = min(longest, _AHEAD_PART * options.period)
+        servo.share(self.file, options, self.ahead)
         named = "" if device.library is not None else device.driver
         common = (library, named, device.options)
         # The first process alone holds the end of `life`, and this one that of `watch`: the process
@@ -89,7 +96,7 @@ class DriverProcess:
             raise self._refusal(found[1])
 
     def _refusal(self, reason: str) -> BgError:
-        name, driver = self._device.name, self._device.driver
+        name, driver = self.device.name, self.device.driver
         return BgError([device_not_opened(name, driver, quotable(reason))])
 
     def __del__(self) -> None:

@@ -161,7 +161,8 @@ class Realtime:
         """
         can = {name: self._servo.capabilities(k) for k, name in enumerate(self.devices)}
         course = self._courses[0]
-        found = couplings(course.model, course.instance, can, self._parameters)
+        ahead = {process.device.name: process.ahead for process in self._processes}
+        found = couplings(course.model, course.instance, can, self._parameters, ahead)
         self.warnings += lag_warnings(course.model, course.instance, can)
         self.warnings += (warning for one in found for warning in one.warnings())
         return found

@@ -26,6 +26,7 @@ from ctypes import (
     c_uint32,
     c_void_p,
 )
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -91,7 +92,7 @@ class Coupling:
 
     device: str
     period: float
-    lag: int
+    lag: float
     stiffness: float
     needed: float
     frequency: float
@@ -103,7 +104,7 @@ class Coupling:
 
     def line(self) -> str:
         """The coupling as a line of text."""
-        delay = f" with {self.lag} samples of delay" if self.lag else ""
+        delay = f" with {self.lag:.2g} samples of delay" if self.lag else ""
         part = "" if self.is_whole else ", of a part of the force"
         guard = f"; guard: {self.guard}{part}" if self.guard else ""
         if not self.stiffness and not self.needed:
@@ -334,11 +335,13 @@ def couplings(
     begun: Instance,
     devices: Mapping[str, CapabilitiesStruct],
     parameters: Mapping[str, ParameterValue],
+    ahead: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Coupling]:
     """The couplings of a loop that is about to start, one for each device that takes a force.
 
-    `begun` is the instance of the loop at its start, `devices` has what each device can do. A
-    model that cannot be linearised has none.
+    `begun` is the instance of the loop at its start, `devices` has what each device can do, `ahead`
+    the time before its sample at which a device is read, s. A model that cannot be linearised has
+    none.
     """
     places = {name: k for k, name in enumerate(devices)}
     found = []
@@ -350,7 +353,7 @@ def couplings(
         facts = Coupling(
             device=force.device,
             period=samples * begun.sample_period,
-            lag=can.lag,
+            lag=can.lag + ahead.get(force.device, 0.0) / begun.sample_period,
             stiffness=0.0,
             needed=0.0,
             frequency=0.0,
@@ -435,7 +438,7 @@ def coupling_of(probe: _Probe, facts: Coupling, mass: float) -> Coupling | None:
         needed = needed_damping(forces, turns, period)
         worst = int(np.argmax(needed))
         still = float(np.linalg.norm(forces[0], 2))
-        late = math.ceil(lag)
+        late = math.ceil(math.floor(facts.lag) / facts.samples)
         growth = growth_with(model, mass, facts.damping, period, late) if mass > 0 else None
         found.append(
             replace(

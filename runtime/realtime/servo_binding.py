@@ -209,7 +209,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_servo_retired": (c_int, (c_void_p,)),
     "bgc_servo_next": (None, (c_void_p,)),
     "bgc_servo_free": (None, (c_void_p,)),
-    "bgc_remote_share": (c_int, (c_int, c_double, c_double, c_int)),
+    "bgc_remote_share": (c_int, (c_int, c_double, c_double, c_double, c_int)),
     "bgc_remote_end": (None, (c_int,)),
     "bgc_remote_state": (c_int, (c_int, c_char_p, c_size_t)),
 }
@@ -232,10 +232,10 @@ class ServoLibrary:
         """The address of the driver of a device whose own driver runs in another process."""
         return ctypes.addressof(c_char.in_dll(self.functions, "bgc_servo_remote"))
 
-    def share(self, file: int, options: OptionsStruct) -> None:
-        """Make a file ready that such a process shares with a loop."""
+    def share(self, file: int, options: OptionsStruct, ahead: float) -> None:
+        """Make a file ready that such a process, which reads poses `ahead`, shares with a loop."""
         silence = max(options.watchdog, 3.0 * options.period) if options.watchdog else 0.0
-        given = options.period, silence, options.realtime
+        given = options.period, silence, ahead, options.realtime
         if error := self.functions.bgc_remote_share(file, *given):
             raise OSError(error, os.strerror(error))
 

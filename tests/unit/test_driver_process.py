@@ -124,9 +124,17 @@ def test_what_ends_no_loop(model: Any, unit: Unit, fault: str) -> None:
     assert loop.latest()["x"] == 0.01
 
 
-def test_a_device_that_nobody_can_reach_is_said(
-    model: Any, unit: Unit, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_passivity_of_a_loop_counts_how_early_a_pose_is_read(model: Any, unit: Unit) -> None:
+    """A fifth of a period of 1 ms as a delay, and 0.2 ms of longer ones."""
+    for step, lag in ((1e-3, 0.2), (PERIOD, 0.02)):
+        loop = model.realtime(1.0, devices={"hand": unit.device("none")}, step=step)
+        (coupling,) = loop.couplings()
+        loop.stop(at_once=True)
+        assert coupling.lag == pytest.approx(lag)
+        assert f"with {lag:.2g} samples of delay" in coupling.line()
+
+
+def test_a_device_that_nobody_can_reach_is_said(model: Any, unit: Unit) -> None:
     """Its driver is killed and does not open again: BG759, and no time of zero force."""
     loop, _ = run(model, unit, "killed_for_good", 60.0)
     report = loop.report

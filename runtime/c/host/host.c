@@ -34,7 +34,6 @@
 #endif
 
 enum { PRIORITY = 79, SPARE_PRIORITY = 81 };
-enum { READ_AHEAD = 200000, READ_AHEAD_ONE_CORE = 300000 }; /* ns before a sample */
 enum { SPIN = 100000, NAP = 100000, OUTLIVED = 300000000 }; /* ns */
 
 static bgc_shared *shared;
@@ -224,7 +223,6 @@ static unsigned wait_for_effort(unsigned before, int64_t spin, int64_t until, bg
 
 /* Serves the loop until it ends, or a call fails. */
 static void serve(int parent) {
-    const int64_t ahead = sysconf(_SC_NPROCESSORS_ONLN) > 1 ? READ_AHEAD : READ_AHEAD_ONE_CORE;
     bgc_effort effort = {{0.0}, {0.0}, {0.0}};
     int64_t sample = now(), heard = sample, longest = 0;
     unsigned sequence = 0;
@@ -238,7 +236,7 @@ static void serve(int parent) {
         /* A pose shortly before the sample: that of the loop, or without one a period after the last. */
         sample = due > sample ? due : sample + shared->period;
         sample = sample > now() ? sample : now();
-        sleep_until(sample - ahead - (longest < shared->period / 2 ? longest : shared->period / 2));
+        sleep_until(sample - shared->ahead - (longest < shared->period / 2 ? longest : shared->period / 2));
         begun = now();
         if (!read_pose(&effort)) {
             return;

@@ -169,7 +169,7 @@ int bgc_remote_settle(void *handle) {
 
 /* --- for those who hold the file ------------------------------------------------------------------- */
 
-int bgc_remote_share(int file, double period, double silence, int realtime) {
+int bgc_remote_share(int file, double period, double silence, double ahead, int realtime) {
     bgc_shared *shared = ftruncate(file, sizeof *shared) == 0 ? map_file(file) : NULL;
 
     if (shared == NULL) {
@@ -177,6 +177,7 @@ int bgc_remote_share(int file, double period, double silence, int realtime) {
     }
     shared->period = bgc_servo_ns(period);
     shared->silence = bgc_servo_ns(silence);
+    shared->ahead = bgc_servo_ns(ahead);
     shared->realtime = realtime;
     munmap(shared, sizeof *shared);
     return 0;

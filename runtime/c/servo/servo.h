@@ -177,9 +177,10 @@ void bgc_servo_next(bgc_servo *s);
 void bgc_servo_free(bgc_servo *s);
 
 /* A device whose driver runs in another process (host/host.c): the driver to open it with, and `fd=FILE` as its
- * options. FILE is an empty file of its own, made ready here: period and silence in s; 0, or an errno. */
+ * options. FILE is an empty file of its own, made ready here: the period, the silence of the loop after which the
+ * force is zero, and how long before a sample the device is read, s; 0, or an errno. */
 extern const bgc_driver bgc_servo_remote;
-int bgc_remote_share(int file, double period, double silence, int realtime);
+int bgc_remote_share(int file, double period, double silence, double ahead, int realtime);
 /* Its state, of servo/shared.h, below 0 where it is open but has given no pose; and the reason of a fault. */
 int bgc_remote_state(int file, char *message, size_t size);
 void bgc_remote_end(int file); /* asks the process to write zero and to close the device */

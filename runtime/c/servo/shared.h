@@ -32,6 +32,7 @@ typedef struct {
 typedef struct {
     /* Set before the processes begin. */
     int64_t period, silence; /* ns: between samples; without an effort, until the force is zero */
+    int64_t ahead;           /* ns: of the pose before its sample */
     int realtime;            /* 1: SCHED_FIFO and locked memory are asked for */
 
     /* Of the loop. */
