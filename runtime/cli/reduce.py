@@ -46,6 +46,7 @@ def reduce(
     plot: str | None = option(
         "Draw error against operations of all that was tried: .png, .svg or .pdf.", type=PICTURE
     ),
+    html: str | None = option("Write a page with plot and tables: .html.", type=Target(".html")),
     json: Json,
     quiet: bool = option("Print the result only.", "--quiet", "-q"),
 ) -> None:
@@ -76,12 +77,14 @@ def reduce(
         found.to_csv(table)
     if plot is not None:
         found.plot(plot)
+    if html is not None:
+        found.to_html(html)
     if json:
         print_text(as_json(found))
         return
     if not quiet:
         print_tables(tables(found))
-        print_written(written, table, plot)
+        print_written(written, table, plot, html)
         print_text("\n")
     for warning in found.warnings:
         print_text(f"warning: {warning}", err=True)

@@ -51,6 +51,7 @@ class MethodChoice:
             for each in self.whole
         ]
         self.measurements = self._measured(method)
+        self.chosen = self._accepted(self.measurements, self.sessions)
 
     def _measured(self, method: Solver) -> tuple[Measurement, ...]:
         case, session = self.cases[0], self.sessions[0]
@@ -73,18 +74,30 @@ class MethodChoice:
         The whole scene is run with its own method, and with those that are cheapest for the reduced
         one. None where the reduced scene has no method within the requirement.
         """
-        reduced = self._accepted(self.measurements, self.sessions)
+        reduced = self.chosen
         if reduced is None:
             return None
         case, model = self.cases[0], self.whole[0].model
         own = choose_method(model.library, model.facts)
         whole = self._accepted(self._of_whole(), self.whole)
+        second: _Accepted | None = None
         runs = {"reduced": (self.sessions[0].model, reduced.method), "own": (model, own)}
         if whole is not None:
             runs["whole"] = (model, whole.method)
+            # Times of single methods are noisy: both scenes run with the method of the other, too.
+            alike = replace(whole.row.configuration, changes=self.changes)
+            rows = [row for row in self.measurements if row.configuration == alike]
+            second = self._accepted(rows, self.sessions)
+            if second is not None and second.method != reduced.method:
+                runs["second"] = (self.sessions[0].model, second.method)
         seconds = _in_turns(self.whole[0], runs)
         if "reduced" not in seconds:
             return None
+        other = seconds.pop("second", float("inf"))
+        if other < seconds["reduced"]:
+            assert second is not None
+            self.chosen = reduced = second
+            seconds["reduced"], runs["reduced"] = other, runs["second"]
         errors = {
             "reduced": self._error(reduced),
             "own": _own_error(case, own),

@@ -58,6 +58,13 @@ class Reduction(ReductionResult):
         with written_whole(path) as aside:
             aside.write_text(self.reduced.file(Path(path).parent), encoding="utf-8")
 
+    def to_html(self, path: str | Path) -> None:
+        """Write a page with the plot, all tables and the scene."""
+        # Loads matplotlib and Jinja2, which most reductions do without.
+        from bgc.runtime.reduce.reduction_page import write_page
+
+        write_page(self, path)
+
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw error against operations of everything tried; written where a path is given."""
         # Loads matplotlib, which most reductions do without.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bgc.diagnostics.catalogue import counted
 from bgc.record_class import dataclass
@@ -10,9 +10,12 @@ from bgc.runtime.measuring.judging import Quantity
 from bgc.runtime.reduce.reduced_scene import ReducedScene, statements
 from bgc.runtime.reduce.search import Stage
 from bgc.runtime.reduce.trial import Trial
+from bgc.runtime.reduce.validity import Validity
 from bgc.runtime.trade.judge import Target, spelled
 from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.reference_solution import Reference
+
+_MOST_LIMITS = 4  # that a sentence names
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +83,8 @@ class ReductionResult:
         The number of coarser forms of parts.
     measurements
         Methods of the reduced scene, in the first case.
+    valid
+        The values of parameters for which the reduced scene holds, and for which it does not.
     proof, reduced
         The proof, and the scene to be written; None where nothing can be left out.
     ended
@@ -100,6 +105,7 @@ class ReductionResult:
     stages: tuple[Stage, ...]
     forms: int
     measurements: tuple[Measurement, ...]
+    valid: tuple[Validity, ...]
     proof: Proof | None
     reduced: ReducedScene | None
     ended: bool
@@ -175,6 +181,20 @@ def compared(proof: Proof) -> str:
         if row is not None and row is not best
     ]
     return f"The run takes {spelled(best.seconds)}: {', '.join(parts)}." if parts else ""
+
+
+def limits(valid: Sequence[Validity]) -> str:
+    """Name the first values that are too far for the reduced scene; empty where there are none."""
+    beyond = [
+        f"{each.name} = {each.shown.text(side.fails)}"
+        for each in valid
+        for side in (each.below, each.above)
+        if side.fails is not None
+    ]
+    if not beyond:
+        return ""
+    more = f", and {len(beyond) - _MOST_LIMITS} more" if len(beyond) > _MOST_LIMITS else ""
+    return f" It does not hold for {', '.join(beyond[:_MOST_LIMITS])}{more}."
 
 
 def _times(ratio: float) -> str:

@@ -6,10 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+from bgc.diagnostics.catalogue import counted
 from bgc.printing.text_tables import Table
 from bgc.runtime.reduce.reduced_scene import statements
 from bgc.runtime.reduce.reduction import ReductionResult, Timed, gained
 from bgc.runtime.reduce.trial import Trial
+from bgc.runtime.reduce.validity import Side, Validity
 from bgc.runtime.results.files import write_rows
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import DONE
@@ -61,6 +63,7 @@ def as_json(found: ReductionResult) -> str:
                 ("whole", proof.whole),
             )
         },
+        "valid": [_valid_record(each) for each in found.valid],
         "tried": records(found),
         "sentence": found.sentence,
     }
@@ -68,8 +71,8 @@ def as_json(found: ReductionResult) -> str:
 
 
 def tables(found: ReductionResult) -> list[Table]:
-    """Make the tables for a terminal: everything tried, what was accepted, and the times."""
-    return [_tried(found), _accepted(found), _timed(found)]
+    """Make the tables: all that was tried, what was accepted, the times and the limits."""
+    return [_tried(found), _accepted(found), _timed(found), _limits(found)]
 
 
 def _tried(found: ReductionResult) -> Table:
@@ -102,6 +105,47 @@ def _accepted(found: ReductionResult) -> Table:
     rows = tuple(gained(stage) for stage in found.stages)
     note = "operations: of those before; costs: the error that it adds"
     return Table("accepted, one after the other", header, rows, note if rows else "")
+
+
+def _limits(found: ReductionResult) -> Table:
+    """The parameters by which the reduced scene stops being valid, and the number of others."""
+    rows = tuple(
+        (
+            each.name,
+            each.shown.text(each.own),
+            _reach(each, side),
+            each.shown.text(side.fails),
+            f"{side.error:.1e}",
+        )
+        for each in found.valid
+        for side in (each.below, each.above)
+        if side.fails is not None
+    )
+    if not found.valid:
+        return Table("", (), ())
+    held = sum(each.below.fails is None and each.above.fails is None for each in found.valid)
+    note = (
+        f"{counted(held, 'other parameter')} driven to a tenth and to ten times, within the "
+        "declared range: it holds"
+    )
+    header = ("parameter", "in the scene", "holds up to", "not at", "error")
+    return Table("where the reduced scene stops being valid", header, rows, note)
+
+
+def _reach(each: Validity, side: Side) -> str:
+    return "" if side.holds is None else each.shown.text(side.holds)
+
+
+def _valid_record(each: Validity) -> dict[str, Any]:
+    sides = {"below": each.below, "above": each.above}
+    return {
+        "parameter": each.name,
+        "value": each.own,
+        **{
+            name: {"holds": side.holds, "fails": side.fails, "error": side.error}
+            for name, side in sides.items()
+        },
+    }
 
 
 def _timed(found: ReductionResult) -> Table:

@@ -19,9 +19,10 @@ from bgc.runtime.measuring.timed_run import Budget, machine_description, timed_r
 from bgc.runtime.reduce.ladders import Elaborations, Ladder, Ladders
 from bgc.runtime.reduce.method_choice import MethodChoice
 from bgc.runtime.reduce.reduced_scene import ReducedScene
-from bgc.runtime.reduce.reduction import ReductionResult, summary
+from bgc.runtime.reduce.reduction import ReductionResult, limits, summary
 from bgc.runtime.reduce.search import Search
 from bgc.runtime.reduce.trial import Case, Trial, Trials
+from bgc.runtime.reduce.validity import Validities, Validity
 from bgc.runtime.running.loaded_model import LoadedModel
 from bgc.runtime.running.progress import StatusLine
 from bgc.runtime.trade.measurement import DONE, Measurement
@@ -29,6 +30,7 @@ from bgc.runtime.trade.trade_session import TradeSession, open_session
 
 _ENOUGH = 1e-3  # of the requirement: the accuracy of references
 _FOR_LADDERS = 0.2  # of the budget, to find the coarser forms
+_FOR_VALIDITY = 0.2  # of the budget, to drive parameters
 _FOR_METHODS = 0.35  # of the budget, kept from the search for the choice of the method
 _MANY = 9  # ladders, from which on activities are worth a compilation
 
@@ -85,12 +87,16 @@ def reduce_scene(
     best = search.run(ladders)
     measurements: tuple[Measurement, ...] = ()
     proof = None
+    valid: tuple[Validity, ...] = ()
     if search.stages:
         line.show("choosing the method")
         choice = MethodChoice(cases, elaborations.expanded(best.changes), trials.method)
         measurements = choice.measurements
         line.show("comparing times")
         proof = choice.proof()
+        if proof is not None and not proof.is_whole:
+            line.show("driving parameters")
+            valid = _validities(cases[0], elaborations, choice, trials.method)
     found = ReductionResult(
         scene=model.facts.name or model.facts.model,
         model=model.facts.model,
@@ -105,10 +111,11 @@ def reduce_scene(
         forms=sum(len(ladder.forms) for ladder in ladders),
         measurements=measurements,
         proof=proof,
+        valid=valid,
         reduced=None,
         ended=search.ended or not found_forms.complete,
     )
-    return replace(found, reduced=_reduced(found, elaborations))
+    return replace(found, reduced=_reduced(found, elaborations, model))
 
 
 def _case(
@@ -157,7 +164,28 @@ def _shares(
     return session.kept(dict[str, float], find, "activity")
 
 
-def _reduced(found: ReductionResult, elaborations: Elaborations) -> ReducedScene | None:
+def _validities(
+    case: Case, elaborations: Elaborations, choice: MethodChoice, method: Solver
+) -> tuple[Validity, ...]:
+    """Where the reduced scene holds, for as many parameters as a share of the budget allows."""
+    session, chosen = case.session, choice.chosen
+    assert chosen is not None
+    end = max(session.left - _FOR_VALIDITY * session.budget.seconds, 0.0)
+    reduced = choice.sessions[0].model
+    driven = Validities(case, reduced, method, chosen.method, lambda: session.left < end)
+    found: list[Validity] = []
+    for drive in driven.drives(elaborations.whole):
+        key = (choice.changes, chosen.method, method, drive)
+        one = session.store.read(Validity, *key) or driven.of(drive)
+        if one is not None:
+            session.store.keep(one, *key)
+            found.append(one)
+    return tuple(found)
+
+
+def _reduced(
+    found: ReductionResult, elaborations: Elaborations, model: LoadedModel
+) -> ReducedScene | None:
     """The scene to be written, if there is a proof."""
     proof = found.proof
     if proof is None:
@@ -171,6 +199,7 @@ def _reduced(found: ReductionResult, elaborations: Elaborations) -> ReducedScene
     text = (
         f"{summary(found, proof)} Proved by `bgc reduce` by a run over "
         f"{found.duration:g} s{cases}, against a reference on which {one} and {other} agree."
+        f"{limits(found.valid)}"
     )
     return ReducedScene(
         path=elaborations.path,
@@ -179,6 +208,10 @@ def _reduced(found: ReductionResult, elaborations: Elaborations) -> ReducedScene
         given=(
             *(Change(name, value) for name, value in options.uses),
             *(Change(name, value, is_use=False) for name, value in options.overrides),
+            *(
+                Change(name, repr(value), is_use=False)
+                for name, value in model.parameters.given({}).items()
+            ),
         ),
         changes=elaborations.expanded(found.best.changes),
         solver=proof.method,

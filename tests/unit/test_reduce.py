@@ -19,7 +19,7 @@ from bgc.runtime.reduce.ladders import Elaborations
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
-SECONDS = {"reduced": 1.0, "own": 20.0, "whole": 2.0}
+SECONDS = {"reduced": 1.0, "own": 20.0, "whole": 2.0, "second": 1.5}
 
 WALL = """
 interface Skin { port a in; port b out; }
@@ -205,13 +205,35 @@ def test_without_a_requirement_nothing_is_reduced(tmp_path):
     assert caught.value.diagnostics[0].code == "BG661"
 
 
+# --- where it holds ---------------------------------------------------------------------------
+
+
+def test_the_reduced_scene_holds_up_to_its_limits(tmp_path):
+    """A film of a larger capacity may not be left out."""
+    path, out = written(tmp_path), tmp_path / "reduced.bg"
+    found = bgc.reduce(path, parameters={"capacity": 0.2})
+    (valid,) = (each for each in found.valid if each.name == "capacity")
+    assert valid.below.fails is None and valid.below.holds == pytest.approx(0.02)
+    assert valid.above.fails is not None and valid.above.holds is not None
+    found.to_bg(out)
+    assert "set capacity = 0.2;" in out.read_text()
+    assert f"capacity = {valid.above.fails:g}" in " ".join(out.read_text().split())
+    for value, holds in ((valid.above.holds, True), (valid.above.fails, False)):
+        rows = bgc.compile(out).simulate(every=1e-3, error=False)["inside"]
+        off = np.max(np.abs(rows - tight(path, capacity=value)))
+        assert bool(off <= 0.1) is holds
+    assert off / 0.1 == pytest.approx(valid.above.error, rel=0.1)
+
+
 # --- the command and the proof ----------------------------------------------------------------
 
 
 def test_the_command_writes_the_scene_the_table_and_the_plot(tmp_path):
     path = written(tmp_path)
     out, table, plot = (tmp_path / name for name in ("r.bg", "r.csv", "r.svg"))
+    page = tmp_path / "r.html"
     words = ["reduce", str(path), "-o", str(out), "--table", str(table), "--plot", str(plot)]
+    words += ["--html", str(page)]
     result = CliRunner().invoke(application, [*words, "--within", "inside: 0.12"])
     assert result.exit_code == 0, result.output
     assert "states are enough" in result.stdout
@@ -220,6 +242,8 @@ def test_the_command_writes_the_scene_the_table_and_the_plot(tmp_path):
     assert "set n = 8" not in out.read_text()
     assert table.read_text().startswith("changes,status,states,operations,error,")
     assert plot.read_text().startswith("<?xml")
+    assert "scene wall_reduced is wall {" in page.read_text()
+    assert "Where the reduced scene stops being valid" in page.read_text()
     result = CliRunner().invoke(application, [*words, "--within", "inside: 0.12", "--json"])
     value = json.loads(result.stdout)
     assert value["states"] < value["of_states"] and value["error"] <= 1
