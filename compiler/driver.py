@@ -63,7 +63,7 @@ from bgc.resolution.resolve import load
 from bgc.resolution.scene_digest import check_proof
 from bgc.slicing.divisors import with_divisor_checks
 from bgc.slicing.fold import Folding, fold_parameters
-from bgc.slicing.port_analysis import force_facts, port_facts
+from bgc.slicing.port_analysis import fmu_facts, force_facts, port_facts
 from bgc.slicing.slice import slice_program
 
 Stage: TypeAlias = Literal[
@@ -259,13 +259,15 @@ def _stages(
         ports=port_facts(optimised, graph.ports),
         forces=force_facts(optimised, graph.ports, graph.slots),
         slots=tuple((slot.path, slot.filled_by) for slot in graph.slots),
+        fmus=fmu_facts(optimised.fmus),
     )
     if (rest := facts.rest) is not None:
         facts = replace(facts, rest=replace(facts.resting, hold=rest.hold, vary=rest.vary))
     assert ahead is not None
     built = build_model(emitted, facts, options, warnings, ahead.cache, ahead)
     ports = tuple(Place(port.span) for port in graph.ports)
-    built = replace(built, places=replace(built.places, ports=ports))
+    fmus = tuple(Place(fmu.span) for fmu in optimised.fmus)
+    built = replace(built, places=replace(built.places, ports=ports, fmus=fmus))
     if prepare is None and given is None:
         data = [(file.path, file.digest) for file in graph.data]
         remember(ahead.cache, path, options, package.sources, built, data)

@@ -84,6 +84,7 @@ _OPTIONAL = {
         "switch_minima",
         "time_events",
     ),
+    "fmus": ("fmus", "fmus2", "fmus3"),
     "jumps": ("jumps",),
     "sampled": ("sampled",),
     "start": ("start",),

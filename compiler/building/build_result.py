@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
-from bgc.ir.port_facts import ForceFacts, PortFacts
+from bgc.ir.port_facts import FmuFacts, ForceFacts, PortFacts
 from bgc.language.scene import Rest, Scene
 from bgc.record_class import dataclass, field, fields
 from bgc.values.shown_units import ShownRow
@@ -46,7 +46,7 @@ class RunFacts(Scene):
     `resting` is a start at rest without held values and varied parameters. `shapes` is the JSON
     text of the recorded shapes, empty where none are recorded. `ports` are the sampled ports,
     `forces` what makes the force on each device, `slots` the paths of the slots with the models in
-    them.
+    them, `fmus` the FMUs of other tools.
     """
 
     folded: tuple[tuple[str, float], ...] = ()
@@ -61,6 +61,7 @@ class RunFacts(Scene):
     ports: tuple[PortFacts, ...] = ()
     forces: tuple[ForceFacts, ...] = ()
     slots: tuple[tuple[str, str], ...] = ()
+    fmus: tuple[FmuFacts, ...] = ()
 
     def rest_for(self, start: str) -> Rest | None:
         """The start at rest of a run with `start` of `Solver`; None for one from given values."""
@@ -104,6 +105,7 @@ class Places:
     jumps: tuple[Place, ...] = ()
     held: tuple[Place, ...] = ()
     ports: tuple[Place, ...] = ()
+    fmus: tuple[Place, ...] = ()
     given: tuple[Place, ...] = ()
     checks: tuple[Place, ...] = ()
     parameters: tuple[Place, ...] = ()

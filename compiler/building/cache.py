@@ -91,6 +91,7 @@ class Cache:
         old = (
             ("failed/*", _KEEP_SECONDS),
             ("trades/*", _KEEP_SECONDS),
+            ("fmus/*", _KEEP_SECONDS),
             ("making-*", _KEEP_MAKING_SECONDS),
         )
         for pattern, seconds in old:

@@ -29,7 +29,7 @@ from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.laws.couplings import read_ports
 from bgc.elaboration.laws.flat_elements import read_elements
-from bgc.elaboration.laws.held_values import read_sampled, refuse_held_early
+from bgc.elaboration.laws.held_values import read_fmus, read_sampled, refuse_held_early
 from bgc.elaboration.laws.statements import (
     collect_assignments,
     collect_definitions,
@@ -202,6 +202,7 @@ def _flat_graph(
         held=held,
         rates=rates,
         ports=ports,
+        fmus=read_fmus(world, wiring),
         solver_span=next((item.span for item in scene.statements(syntax.Solver)), None),
         observations=(
             *_with_hidden(observed.observations, requirements, rest),
@@ -213,8 +214,8 @@ def _flat_graph(
         warnings=(*package.warnings, *report.warnings),
         slots=slots,
         data=tuple(
-            DataSource(name, str(path.absolute()), file.digest)
-            for (path, name), file in package.data.items()
+            DataSource(name, str(path.absolute()), digest)
+            for name, path, digest in package.read_files
         ),
         shapes=tuple(drawn.uses),
         parts=tuple(map(_part, wiring.instances)),

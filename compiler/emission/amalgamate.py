@@ -21,7 +21,8 @@ def joined(texts: Sequence[tuple[str, str]], runtime_dir: Path) -> str:
     files = sorted((*runtime_dir.glob("*.h"), *runtime_dir.glob("drivers/*.h")))
     headers = {path.relative_to(runtime_dir).as_posix(): path.read_text("utf-8") for path in files}
     glue = sorted(runtime_dir.glob("fmi/*.h"))
-    headers |= {path.name: path.read_text("utf-8") for path in glue}
+    for path in glue:
+        headers[path.name] = headers[f"fmi/{path.name}"] = path.read_text("utf-8")
     included: set[str] = set()
 
     def expanded(text: str) -> str:

@@ -14,6 +14,7 @@ from bgc.ir.defaults import default_values
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Closures, Program
 from bgc.ir.scene_nodes import DeviceUse
+from bgc.values.fmu_files import KINDS2, KINDS3
 
 _CHANNELS = {
     "position": "BGC_POSITION",
@@ -29,6 +30,12 @@ _CHANNELS = {
     "age": "BGC_AGE",
 }
 _PER_LINE = 16
+_ROLES = (
+    "parameter",
+    "tunable",
+    "input",
+    "output",
+)  # of numbers of an FMU, in the order of `bgc.h`
 
 Field = tuple[str, str]  # a member of bgc_model and its value
 
@@ -118,6 +125,9 @@ def model_tables(
         indices("held_rate", [held.rate for held in program.held])
         fields.append(("n_held", str(len(program.held))))
         fields.append(("n_rate", str(len(program.rates))))
+    if program.fmus:
+        tables.append(_fmus(program))
+        fields += [("n_fmu", str(len(program.fmus))), ("fmu", "model_fmu")]
     place = {held.index: k for k, held in enumerate(program.held)}
     if scene.accounts and program.coupling_energies:
         indices(
@@ -139,6 +149,28 @@ def model_tables(
         indices("given_kind", kinds)
         fields.append(("n_given", str(len(program.given))))
     return tables, fields
+
+
+def _fmus(program: Program) -> str:
+    """The tables of the FMUs of other tools, and their `bgc_fmu_info`."""
+    place = {program.dag.symbol(Kind.INPUT, held.index): k for k, held in enumerate(program.held)}
+    tables, rows = [], []
+    for index, fmu in enumerate(program.fmus):
+        kinds = KINDS3 if fmu.version == 3 else (*[""] * len(KINDS3), *KINDS2)
+        lines = [
+            f"{{{link.reference}u, {kinds.index(link.kind)}, {_ROLES.index(link.role)}, "
+            f"{place[link.symbol]}, {link.place}, {link.count}, {number(link.factor)}, "
+            f"{number(link.offset)}, {'NAN' if link.start is None else number(link.start)}}}"
+            for link in fmu.links
+        ]
+        name = f"model_fmu_{index}"
+        body = "".join(f"    {line},\n" for line in lines)
+        tables.append(f"static const bgc_fmu_variable {name}[] = {{\n{body}}};\n")
+        texts = ", ".join(map(quoted, (fmu.name, fmu.file, fmu.token)))
+        rate = program.held[place[fmu.links[-1].symbol]].rate
+        rows.append(f"    {{{texts}, {fmu.version}, {rate}, {len(lines)}, {name}}},\n")
+    infos = f"static const bgc_fmu_info model_fmu[] = {{\n{''.join(rows)}}};\n"
+    return "\n".join((*tables, infos))
 
 
 def _sizes(lowered: Lowered, matrix: MatrixText) -> dict[str, int]:

@@ -200,6 +200,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "consistent": program.mass is not None,
         "devices": bool(program.devices),
         "events": bool(lowered.switches),
+        "fmus": bool(program.fmus),
         "jumps": bool(program.jumps),
         "sampled": bool(program.held),
         "start": program.start is not None or bool(program.given),
@@ -218,15 +219,21 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
 def amalgamate_lowered(lowered: Lowered, source_hash: str, runtime_dir: Path) -> str:
     """Print the model and the runtime as one C11 file that requires only libm.
 
-    Factors in blocks of rows, which take the C compiler a second, are left out where the model has
-    none.
+    Factors in blocks of rows, which take the C compiler a second, and FMUs, which need the loader
+    of POSIX, are left out where the model has none.
     """
-    parts = EVERY_PART if lowered.blocks is not None else EVERY_PART - {"blocks"}
+    parts = parts_in_one_file(lowered)
     own = emit_lowered(lowered, source_hash, split=False).units
     sources = needed_sources(runtime_dir, parts)
     texts = [(f"{unit.name}.c", unit.text) for unit in own]
     texts += [(f"{name}.c", path.read_text("utf-8")) for name, path in sources.items()]
     return _HOW_TO_USE.format(name=lowered.program.scene.name) + joined(texts, runtime_dir)
+
+
+def parts_in_one_file(lowered: Lowered) -> frozenset[str]:
+    """The optional parts of the runtime in a file for any compiler and any use."""
+    absent = {"blocks"} if lowered.blocks is None else set()
+    return EVERY_PART - (absent if lowered.program.fmus else absent | {"fmus"})
 
 
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:

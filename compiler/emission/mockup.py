@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bgc.building.build import EVERY_PART, needed_sources
+from bgc.building.build import needed_sources
 from bgc.emission.amalgamate import joined
 from bgc.emission.c_tables import number, quoted
-from bgc.emission.emit import EmittedModel, emit_lowered
+from bgc.emission.emit import EmittedModel, emit_lowered, parts_in_one_file
 from bgc.emission.partials import with_partials
 from bgc.record_class import dataclass
 
@@ -62,8 +62,7 @@ def mockup_source(emitted: EmittedModel, facts: Mockup, runtime_dir: Path) -> Mo
     """Print the C11 file of an FMU, which requires only libm; equal input gives equal bytes."""
     lowered, pattern = with_partials(emitted.lowered, facts.accounts)
     own = emit_lowered(lowered, emitted.source_hash, split=False).units
-    parts = EVERY_PART if lowered.blocks is not None else EVERY_PART - {"blocks"}
-    sources = needed_sources(runtime_dir, parts)
+    sources = needed_sources(runtime_dir, parts_in_one_file(lowered))
     kept = {name: path for name, path in sources.items() if not name.startswith("drivers/")}
     kept["devices"] = runtime_dir / "absent" / "devices.c"  # the importer takes their place
     glue = [f"fmi/{name}" for name in (*_SHARED, f"fmi{facts.version}")]

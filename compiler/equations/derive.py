@@ -192,6 +192,7 @@ def _resolved(system: _System) -> _Unsettled:
         jumps=jumps,
         held=held,
         rates=graph.rates,
+        fmus=graph.fmus,
         coupling_energies=tuple(port.coupling_energies for port in graph.ports),
         slots=len(graph.held),
         given=values_to_check(variables, given, states, free),

@@ -368,6 +368,54 @@ class Held:
 
 
 @dataclass(frozen=True, slots=True)
+class FmuLink:
+    """A number that an FMU gives or takes, and the INPUT symbol of the value that is held for it.
+
+    `role` is `parameter` (set at the start), `tunable` (a parameter, set where it changes), `input`
+    (set at each instant) or `output`. `kind` is its type in FMI. It is number `place` of the
+    `count` numbers behind `reference`. In SI units it is `factor * number + offset`. `start` is the
+    number that a parameter has in the FMU, None where that is not known.
+    """
+
+    name: str
+    reference: int
+    kind: str
+    role: str
+    symbol: Node
+    place: int
+    count: int
+    factor: float
+    offset: float
+    start: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class FmuUse:
+    """An FMU of another tool that takes a communication step at each instant of a sampled part.
+
+    `file` is its name in messages, `path` where it lies, `digest` a hash of its content. `once`
+    tells that a process may hold one instance of it. What is set comes before what is read, in the
+    order of references.
+    """
+
+    name: str
+    file: str
+    path: str
+    digest: str
+    version: int
+    identifier: str
+    token: str
+    once: bool
+    links: tuple[FmuLink, ...]
+    span: Span
+
+    @property
+    def symbols(self) -> tuple[Node, ...]:
+        """The symbols of all its held values."""
+        return tuple(link.symbol for link in self.links)
+
+
+@dataclass(frozen=True, slots=True)
 class SampledPort:
     """A virtual coupling between a device and the bonds named `name`, held over samples.
 
@@ -462,6 +510,7 @@ class FlatGraph:
     parts: tuple[Part, ...] = ()
     ports: tuple[SampledPort, ...] = ()
     solver_span: Span | None = None  # of the statement `solver`
+    fmus: tuple[FmuUse, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -1,4 +1,4 @@
-"""Facts about the sampled ports and the devices of a compiled model, in plain values."""
+"""Facts about the sampled ports, devices and FMUs of a compiled model, in plain values."""
 
 from __future__ import annotations
 
@@ -32,3 +32,21 @@ class ForceFacts:
     observers: tuple[str, ...] = ()
     whole: bool = False
     periods: tuple[str | float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FmuFacts:
+    """An FMU of another tool: its file, and what a run needs to open it.
+
+    `file` is its name in messages, `path` where it lay, `digest` a hash of its content, `version`
+    that of FMI, `identifier` the name of its binaries. `once` tells that a process may hold one
+    instance.
+    """
+
+    name: str
+    file: str
+    path: str
+    digest: str
+    version: int
+    identifier: str
+    once: bool

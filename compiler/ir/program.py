@@ -11,7 +11,7 @@ from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.fields import StateIndex
-from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
+from bgc.ir.graph import FmuUse, Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
 from bgc.ir.scene_nodes import DeviceUse, Requirement
 from bgc.language.scene import Scene
 from bgc.record_class import dataclass
@@ -279,3 +279,4 @@ class Program:
     slots: int = 0  # INPUT symbols of held values, also of those that slicing removed
     warnings: tuple[Diagnostic, ...] = ()
     speeds: SpeedEquations | None = None
+    fmus: tuple[FmuUse, ...] = ()

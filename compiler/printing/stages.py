@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
@@ -161,6 +161,7 @@ def show_equations(program: Program) -> str:
             ),
             ("jumps", lines(_jumps(program))),
             ("sampled", lines(_sampled(program))),
+            ("FMUs", list(_fmus(program))),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
             ("energy", lines(_accounts(program))),
             ("dropped", _dropped(program)),
@@ -175,8 +176,22 @@ def _sampled(program: Program) -> list[tuple[str, int]]:
         found += [(f"period {k + 1}", rate.period), (f"offset {k + 1}", rate.offset)]
         held = [h for h in program.held if h.rate == k]
         found += [(f"{h.name}(0)", h.initial) for h in held if h.is_state]
-        found += [(f"next({h.name})" if h.is_state else h.name, h.update) for h in held]
+        found += [
+            (f"next({h.name})" if h.is_state else h.name, h.update)
+            for h in held
+            if program.dag.symbol(Kind.INPUT, h.index) != h.update  # an FMU gives it
+        ]
     return found
+
+
+def _fmus(program: Program) -> Iterator[str]:
+    """The FMUs of other tools: what they take, and what they give."""
+    names = {program.dag.symbol(Kind.INPUT, h.index): h.name for h in program.held}
+    for fmu in program.fmus:
+        yield f"{fmu.name}: {fmu.file}"
+        for link in fmu.links:
+            arrow = "->" if link.role == "output" else "<-"
+            yield f"  {link.name} {arrow} {names[link.symbol]}"
 
 
 def _jumps(program: Program) -> list[tuple[str, int]]:

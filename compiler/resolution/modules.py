@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.catalogue.fmu_parts import fmu_unreadable
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.record_class import dataclass, field
 from bgc.values.data_files import DataFile, read_data
+from bgc.values.fmu_files import FmuFault, FmuFile, read_fmu
 
 D = TypeVar("D", bound=syntax.Declaration)
 
@@ -97,7 +99,8 @@ class LoadedFile:
 class Package:
     """A file with all its imports. `files` lists every file read, the root last.
 
-    `data` are the data files that its expressions have read so far, by path and name.
+    `data` are the data files that its expressions have read so far, by path and name, `fmus` the
+    FMUs likewise.
     """
 
     root: Module
@@ -105,19 +108,44 @@ class Package:
     files: tuple[LoadedFile, ...]
     warnings: tuple[Diagnostic, ...]
     data: dict[tuple[Path, str], DataFile] = field(default_factory=dict, compare=False)
+    fmus: dict[tuple[Path, str], FmuFile] = field(default_factory=dict, compare=False)
 
     def data_file(self, name: str, span: Span) -> DataFile:
         """A data file that an expression names, relative to the file of the expression.
 
         It is read once; BgError if it cannot be read.
         """
-        here = next((file for file in self.files if file.source is span.source), None)
-        folder = here.path.parent if here is not None and here.path is not None else Path()
-        shown_folder = span.source.name.rpartition("/")[0] if here is not None else ""
-        key = (folder / name, f"{shown_folder}/{name}" if shown_folder else name)
+        key = self._located(name, span)
         if key not in self.data:
             self.data[key] = read_data(*key, span)
         return self.data[key]
+
+    def fmu_file(self, name: str, span: Span) -> FmuFile:
+        """An FMU that an expression names, relative to the file of the expression.
+
+        It is read once; BgError BG273 if it cannot be read.
+        """
+        key = self._located(name, span)
+        if key not in self.fmus:
+            try:
+                self.fmus[key] = read_fmu(*key)
+            except FmuFault as reason:
+                raise BgError([fmu_unreadable(span, key[1], str(reason))]) from reason
+        return self.fmus[key]
+
+    @property
+    def read_files(self) -> Iterator[tuple[str, Path, str]]:
+        """Name, path and digest of each data file and each FMU that has been read."""
+        files: Iterable[DataFile | FmuFile] = (*self.data.values(), *self.fmus.values())
+        for (path, name), file in zip((*self.data, *self.fmus), files, strict=True):
+            yield name, path, file.digest
+
+    def _located(self, name: str, span: Span) -> tuple[Path, str]:
+        """The path of a file that an expression names, and its name in messages."""
+        here = next((file for file in self.files if file.source is span.source), None)
+        folder = here.path.parent if here is not None and here.path is not None else Path()
+        shown_folder = span.source.name.rpartition("/")[0] if here is not None else ""
+        return folder / name, f"{shown_folder}/{name}" if shown_folder else name
 
     @property
     def scene_names(self) -> tuple[str, ...]:

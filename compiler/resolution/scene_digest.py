@@ -34,11 +34,7 @@ def scene_digest(package: Package, scene: WholeScene) -> str:
                 found[key] = list(_tokens(table[name].syntax.span.text))
                 waiting.update(found[key])
     reached = {token for tokens in found.values() for token in tokens}
-    data = {
-        f"{name} {file.digest}"
-        for (_, name), file in package.data.items()
-        if f'"{name}"' in reached
-    }
+    data = {f"{name} {digest}" for name, _, digest in package.read_files if f'"{name}"' in reached}
     parts = (" ".join((key, *tokens)) for key, tokens in sorted(found.items()))
     return digest_of([*parts, *sorted(data)])[:_DIGITS]
 

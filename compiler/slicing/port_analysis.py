@@ -8,12 +8,13 @@ own, or none.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import fields
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.ir.defaults import program_values
-from bgc.ir.graph import Held, Node, SampledPort, Slot
-from bgc.ir.port_facts import ForceFacts, PortFacts
+from bgc.ir.graph import FmuUse, Held, Node, SampledPort, Slot
+from bgc.ir.port_facts import FmuFacts, ForceFacts, PortFacts
 from bgc.ir.program import Program
 from bgc.ir.scene_nodes import DeviceUse
 
@@ -39,6 +40,11 @@ def port_facts(program: Program, ports: Sequence[SampledPort]) -> tuple[PortFact
         whole = len(known.efforts) == len(known.moved) == port.width
         found.append(known if whole else PortFacts(port.name))
     return tuple(found)
+
+
+def fmu_facts(fmus: Sequence[FmuUse]) -> tuple[FmuFacts, ...]:
+    """Collect what a run needs to open the FMUs of other tools."""
+    return tuple(FmuFacts(*(getattr(fmu, each.name) for each in fields(FmuFacts))) for fmu in fmus)
 
 
 def force_facts(

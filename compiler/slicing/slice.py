@@ -98,7 +98,11 @@ def _reached(program: Program, roots: Sequence[Node]) -> tuple[Collection[int], 
     for jump in program.jumps:
         for reset in jump.resets:
             resets.setdefault(reset.state, []).extend((jump.condition, reset.value))
-    updates = {held.index: held.update for held in program.held}
+    updates = {held.index: [held.update] for held in program.held}
+    for fmu in program.fmus:  # all that it gives depends on all that it takes
+        for symbol in map(dag.symbol_of, fmu.symbols):
+            assert symbol is not None
+            updates[symbol.index] += fmu.symbols
     seen: set[Node] = set()
     reached: set[int] = set()
     held: set[int] = set()
@@ -119,7 +123,7 @@ def _reached(program: Program, roots: Sequence[Node]) -> tuple[Collection[int], 
             stack.extend(resets.get(symbol.index, ()))
         elif symbol is not None and symbol.kind is Kind.INPUT and symbol.index in updates:
             held.add(symbol.index)
-            stack.append(updates[symbol.index])
+            stack += updates[symbol.index]
     return reached, held
 
 
@@ -128,10 +132,12 @@ def _with_held(program: Program, indices: Collection[int]) -> Program:
     left = [held for held in program.held if held.index in indices]
     used = sorted({held.rate for held in left})
     number = {old: new for new, old in enumerate(used)}
+    kept = {program.dag.symbol(Kind.INPUT, index) for index in indices}
     return replace(
         program,
         held=tuple(replace(held, rate=number[held.rate]) for held in left),
         rates=tuple(program.rates[old] for old in used),
+        fmus=tuple(f for f in program.fmus if not kept.isdisjoint(f.symbols)),
     )
 
 

@@ -15,6 +15,7 @@ from bgc.algebra.dag import Dag, Kind, Op
 from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.catalogue.fmu_parts import fmu_misused
 from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
@@ -370,6 +371,8 @@ class _Evaluator:
                 return self.jacobian(expr, depth)
             case "interpolate":
                 return self.interpolate(expr, depth)
+            case "fmu":
+                raise failure(fmu_misused(expr.span, "`fmu` stands alone, in a sampled part"))
             case "data":
                 return self.plain(self.data(expr), expr.span)
             case "length" if len(expr.arguments) == 1:

@@ -351,6 +351,16 @@ BUILTINS: Mapping[str, Builtin] = {
         5,
         None,
     ),
+    "fmu": Builtin(
+        "file, read, name, value",
+        "Variables of an FMU of another tool, which steps with a sampled part (`bgc import`); FMUs "
+        "of your own are made by `bgc build --target fmu2`.",
+        "a text, a list of n texts, then pairs of a text and a scalar -> a vector of n",
+        "those of the FMU's variables -> those of the FMU's variables",
+        2,
+        None,
+        None,
+    ),
     "jacobian": Builtin(
         "y, x",
         "Partial derivatives of y by the states, signals or inputs x, all others held constant.",

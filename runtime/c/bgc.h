@@ -41,7 +41,8 @@ typedef enum {
     BGC_ENDLESS_JUMPS,   /* jumps follow each other ever faster: bgc_failed_jump names one */
     BGC_BAD_SAMPLE,      /* a sampled value is not finite: bgc_failed_held names it */
     BGC_GRAZING,         /* an event without a derivative: bgc_failed_switch names what touches its edge, */
-    BGC_SIMULTANEOUS     /* or one of several that the parameters part */
+    BGC_SIMULTANEOUS,    /* or one of several that the parameters part */
+    BGC_FMU              /* an FMU of another tool failed: bgc_failed_fmu names it */
 } bgc_status;
 
 typedef struct {
@@ -82,6 +83,31 @@ typedef struct {
     const char *driver;   /* "trace" */
     const char *options;  /* "key=value" lines, as written in the scene */
 } bgc_device_info;
+
+/* A number of an FMU of another tool, and the held value that it gives or takes, which is
+ * factor * number + offset. */
+typedef struct {
+    uint32_t reference;
+    int kind;   /* its type: the place in the list of fmus.h */
+    int role;   /* 0: a parameter, set at the start; 1: one that is also set later, where it changes; 2: an
+                 * input, set at each instant; 3: read at each instant */
+    int held;   /* a place in bgc_model.held_input */
+    int place, count; /* the number `place` of the `count` behind its reference */
+    double factor, offset;
+    double start; /* of a parameter, its number in the FMU: one that has it is not set. NAN: not known */
+} bgc_fmu_variable;
+
+/* An FMU that takes a communication step at each instant of a rate. What is set comes before what is read;
+ * the components of an array follow each other. */
+typedef struct {
+    const char *name;
+    const char *file;   /* as the model names it */
+    const char *token;  /* guid or instantiationToken */
+    int version;        /* of FMI: 2 or 3 */
+    int rate;
+    int n_variable;
+    const bgc_fmu_variable *variable;
+} bgc_fmu_info;
 
 /* An initial value that the user gives. */
 typedef enum { BGC_GIVEN = 0, BGC_GIVEN_BY_DEFAULT = 1, BGC_GIVEN_ROUNDED = 2 } bgc_given_kind;
@@ -316,6 +342,9 @@ typedef struct bgc_model {
     /* Sampled ports: of each the numbers of three held values, whose changes at an instant are the energies
      * that it has received from its device, dissipated and created. */
     int n_port;
+
+    int n_fmu;
+    const bgc_fmu_info *fmu; /* FMUs of other tools */
     const int *book;
 
     /* Inner unknowns z of the linear systems, beside the states: f is g(x, z) with 0 = r(x, z), and
@@ -558,6 +587,17 @@ void bgc_feed_pointer(void *handle, const bgc_pose *pose);
 /* After BGC_DEVICE: the device at fault, and the reason that its driver gives; -1 and "" without one. */
 int bgc_failed_device(const bgc_data *d);
 const char *bgc_device_reason(const bgc_data *d);
+
+/* --- FMUs of other tools ------------------------------------------------------------------ */
+
+/* Opens FMU k of the model, before a reset: its binary for this machine, and its resources, as the standard
+ * wants them: a URI "file:///../resources" in FMI 2, a path that ends in a slash in FMI 3. On a fault `message`
+ * gives the reason. Its program runs in this process. bgc_free closes it. */
+bgc_status bgc_open_fmu(const bgc_model *m, bgc_data *d, int k, const char *library, const char *resources,
+                        char *message, size_t size);
+/* After BGC_FMU: the FMU at fault, and the reason that it gives. */
+int bgc_failed_fmu(const bgc_data *d);
+const char *bgc_fmu_reason(const bgc_model *m, const bgc_data *d);
 
 #ifdef __cplusplus
 }

@@ -244,6 +244,12 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 void bgc_start_sampled(const bgc_model *m, bgc_data *d);
 bgc_status bgc_take_sampled(const bgc_model *m, bgc_data *d, double slack);
 
+/* --- fmus.c: of other tools, at the instant t of a rate; at a reset; closed for good */
+typedef struct bgc_fmu bgc_fmu;
+bgc_status bgc_take_fmus(const bgc_model *m, bgc_data *d, int rate, double t);
+void bgc_renew_fmus(const bgc_model *m, bgc_data *d);
+void bgc_close_fmus(const bgc_model *m, bgc_data *d);
+
 /* --- jumps.c */
 void bgc_reset_jumps(const bgc_model *m, bgc_data *d);
 bgc_status bgc_meet_edges(const bgc_model *m, bgc_data *d);

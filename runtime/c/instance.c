@@ -47,7 +47,7 @@ bgc_data *bgc_new(const bgc_model *m) {
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
     d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = d->core.failed_jump = -1;
-    d->core.failed_held = d->failed_device = -1;
+    d->core.failed_held = d->failed_device = d->failed_fmu = -1;
     d->core.instant = (double)INFINITY;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);
@@ -63,6 +63,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     if (d->device != NULL) {
         bgc_close_devices(m, d);
     }
+    bgc_close_fmus(m, d);
     free(d->allocated);
     free(d->is_set);
     free(d->device);
@@ -312,6 +313,7 @@ int bgc_has_lane_factors(const bgc_model *m) {
 int bgc_count_held(const bgc_model *m) { return m->n_held; }
 int bgc_held_input(const bgc_model *m, int k) { return m->held_input[k]; }
 int bgc_failed_held(const bgc_data *d) { return d->core.failed_held; }
+int bgc_failed_fmu(const bgc_data *d) { return d->failed_fmu; }
 int bgc_failed_jump(const bgc_data *d) { return d->core.failed_jump; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
@@ -384,6 +386,8 @@ const char *bgc_status_text(bgc_status s) {
         return "an event has no derivative: an argument touches the edge of its mode";
     case BGC_SIMULTANEOUS:
         return "an event has no derivative: several switches change at a time";
+    case BGC_FMU:
+        return "an FMU of another tool failed";
     }
     return "unknown status";
 }

@@ -281,6 +281,8 @@ struct bgc_data {
     int *closing_pivot, *closing_list; /* of closed chains: closures.c */
 
     bgc_device *device;
+    struct bgc_fmu *fmu;     /* n_fmu, once one is open; */
+    int failed_fmu;          /* the one that failed, or -1 */
     int failed_device;       /* the last one that reported a fault, or -1; */
     char device_reason[256]; /* and its driver's reason */
     atomic_int stop;

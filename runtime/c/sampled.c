@@ -3,7 +3,7 @@
  * A held value is an input of the kernels. At an instant all values of the rates that are due are evaluated
  * with the states and held values before it, and then change together; what follows from them is settled as
  * after a change of any input (run.c). Instants are multiples of the period, never sums, so they do not
- * drift; steps end at them.
+ * drift; steps end at them. FMUs of other tools take their communication steps there (fmus.c).
  */
 #include "bgc_internal.h"
 
@@ -46,6 +46,7 @@ void bgc_start_sampled(const bgc_model *m, bgc_data *d) {
         const double passed = (t - d->sampling[2 * r + 1]) / d->sampling[2 * r];
         d->instants[r] = fmax(ceil(passed - rounding_of_time), 0.0);
     }
+    bgc_renew_fmus(m, d);
     find_next_instant(m, d);
 }
 
@@ -70,6 +71,13 @@ bgc_status bgc_take_sampled(const bgc_model *m, bgc_data *d, double slack) {
     const double behind = d->core.t + 4.0 * DBL_EPSILON * fabs(d->core.t);
 
     m->held(d->h, behind, d->x, d->u, d->held_value, d->work);
+    for (int r = 0; m->n_fmu > 0 && r < m->n_rate; r++) {
+        const bgc_status status =
+            is_due(d, r, slack) ? bgc_take_fmus(m, d, r, instant_of(d, r, d->instants[r])) : BGC_OK;
+        if (status != BGC_OK) {
+            return status;
+        }
+    }
     enter_books(m, d, slack);
     for (int k = 0; k < m->n_held; k++) {
         if (!is_due(d, m->held_rate[k], slack)) {

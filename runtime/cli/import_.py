@@ -13,6 +13,7 @@ from bgc.runtime.cli.printing import (
     print_written,
     write_file,
 )
+from bgc.runtime.importing.fmu_import import PowerPort
 from bgc.runtime.importing.hydrodynamics.account import Given
 from bgc.runtime.importing.importing import Choices, import_text
 
@@ -37,13 +38,26 @@ def import_(
     length_scale: float | None = option(
         "Length that files of WAMIT are scaled by, m, where they lack it.", type=POSITIVE
     ),
+    power: tuple[str, ...] = option(
+        "Power port of an FMU: two of its variables whose product is the power into it. May be "
+        "repeated.",
+        metavar="PORT=EFFORT,FLOW",
+    ),
+    order: str = option(
+        "Order of the coupling of an FMU in its step: 1 holds its outputs, 2 continues them by "
+        "straight lines, and gives it the mean of its inputs over a step.",
+        choices=("1", "2"),
+        default="1",
+        show_default=True,
+    ),
 ) -> None:
     """Write FILE, a model of another tool, as a .bg file.
 
     FILE is a robot in URDF (.urdf) or MJCF (.xml, with the package mujoco), a bond graph that
     BondGraphTools saved (.yaml, .bg), or hydrodynamic data of a hull, which become a ship with a
     data file (.json) beside it: Capytaine (.nc), WAMIT (.1 .2 .3 .4 .hst), Nemoh (Nemoh.cal) or
-    BEMIO (.h5).
+    BEMIO (.h5). An FMU (.fmu) becomes a sampled part, and runs on this machine may then execute
+    the program in it.
 
     \b
     bgc import ur5.urdf                    writes ur5.bg
@@ -51,13 +65,15 @@ def import_(
     bgc import arm.urdf --package arm_description=../arm
     bgc import ant.xml -o - | less
     bgc import hull.nc                     writes hull.bg and hull.json
+    bgc import winch.fmu --power shaft=torque,speed
     """
     goal = Path(out or f"{file.stem}.bg")
     is_free = out == "-" or force or not goal.exists()
     require(is_free, file_exists(str(goal), "--force"))
     data = goal.with_suffix(".json")
     given = Given(density, length_scale)
-    choices = Choices(dict(map(_folder, packages)), not no_limits, floating, data.name, given)
+    folders, ports = dict(map(_folder, packages)), tuple(map(_port, power))
+    choices = Choices(folders, not no_limits, floating, data.name, given, ports, int(order))
     imported = import_text(file, Path() if out == "-" else goal.parent, choices)
     if imported.data:
         require(out != "-", "a ship needs its data file beside it: name the `.bg` file with -o")
@@ -79,3 +95,11 @@ def _folder(text: str) -> tuple[str, Path]:
     name, _, folder = text.partition("=")
     require(name and folder, f"--package {text}: write --package NAME=FOLDER")
     return name, Path(folder)
+
+
+def _port(text: str) -> PowerPort:
+    """Read PORT=EFFORT,FLOW."""
+    name, _, pair = text.partition("=")
+    effort, _, flow = pair.partition(",")
+    require(name and effort and flow, f"--power {text}: write --power PORT=EFFORT,FLOW")
+    return PowerPort(name, effort, flow)

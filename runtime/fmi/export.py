@@ -8,8 +8,9 @@ from io import BytesIO
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from bgc.building.cache import open_cache
+from bgc.building.platforms import Platform
 from bgc.printing.draw import lay_out, to_dot
-from bgc.runtime.fmi.binaries import Platform, binary_folders, build_binaries
+from bgc.runtime.fmi.binaries import binary_folders, build_binaries
 from bgc.runtime.fmi.companions import osp_description, reference_files
 from bgc.runtime.fmi.fmu_model import FmuModel
 from bgc.runtime.fmi.model_description import (

@@ -12,6 +12,7 @@ from bgc.building.backends import BACKENDS
 from bgc.building.build import runtime_directory
 from bgc.building.build_result import Built
 from bgc.building.cache import digest_of
+from bgc.diagnostics.catalogue.fmu_parts import fmu_left_out
 from bgc.diagnostics.catalogue.fmus import solver_not_in_fmu
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Stages, compile_scene
@@ -77,6 +78,9 @@ def prepare_model(
     facts = loaded.facts
     if facts.solver.name in BACKENDS:
         raise BgError([solver_not_in_fmu(facts.solver.name, tuple(METHODS))])
+    if facts.fmus:
+        way = "export the rest of the model, and join both in a system of FMUs"
+        raise BgError([fmu_left_out("an FMU", facts.fmus[0].name, way)])
     method = choose_method(loaded.library, facts)
     if facts.duration is not None:
         method = with_capped_step(method, times_of(loaded, method), facts.timed)

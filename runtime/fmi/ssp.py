@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 from bgc.algebra.dag import Level
+from bgc.building.platforms import Platform
 from bgc.diagnostics.catalogue.systems import (
     connected_twice,
     connection_mismatch,
@@ -26,7 +27,6 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.record_class import dataclass, replace
 from bgc.runtime.documents.templates import render_template
-from bgc.runtime.fmi.binaries import Platform
 from bgc.runtime.fmi.export import archived, fmu_archive
 from bgc.runtime.fmi.fmu_model import FmuModel, identifier_of, prepare_model
 from bgc.runtime.fmi.fmu_units import unit_definitions, unit_name

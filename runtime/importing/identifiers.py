@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container
+from collections.abc import Container, Iterable
 
 from bgc.grammar.language_words import RESERVED
 from bgc.grammar.latin import latin
@@ -22,11 +22,14 @@ _IMPORTED = ("mechanics.", "arms.link")  # modules that the file of a robot may 
 class Names:
     """Gives each thing of a model a name of its own, as near to its own name as can be.
 
-    `imported` are the modules, or their first letters, whose names the written file may see.
+    `imported` are the modules, or their first letters, whose names the written file may see,
+    `taken` names of values that it has anyway.
     """
 
-    def __init__(self, imported: tuple[str, ...] = _IMPORTED) -> None:
-        self._values: set[str] = set(_TAKEN)
+    def __init__(
+        self, imported: tuple[str, ...] = _IMPORTED, taken: Iterable[str] = _TAKEN
+    ) -> None:
+        self._values: set[str] = set(taken)
         self._types: set[str] = {
             *ELEMENTS,
             *(d.name for d in declarations() if d.module.startswith(imported)),

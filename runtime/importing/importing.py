@@ -11,6 +11,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.grammar.source_files import read_source
 from bgc.record_class import dataclass, field
 from bgc.runtime.importing.bond_graph_tools import read_bond_graph_tools
+from bgc.runtime.importing.fmu_import import PowerPort, import_fmu
 from bgc.runtime.importing.hydrodynamics.account import Given
 from bgc.runtime.importing.hydrodynamics.hulls import READERS, import_hull
 from bgc.runtime.importing.mjcf import read_mjcf
@@ -20,7 +21,7 @@ from bgc.runtime.importing.write import write_robot
 
 ROBOTS = (".urdf", ".xml", ".mjcf")
 GRAPHS = (".bg", ".yaml", ".yml")
-COMPILED = {".fmu": "an FMU", ".ssp": "a system of FMUs"}
+FMUS = (".fmu",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,8 @@ class Choices:
     """Options of an import.
 
     Of robots: folders of packages, end stops, and a base that floats. Of hulls: the name of the
-    data file, and values that the data lack.
+    data file, and values that the data lack. Of FMUs: power ports, and the order of
+    their coupling.
     """
 
     packages: Mapping[str, Path] = field(default_factory=dict)
@@ -50,6 +52,8 @@ class Choices:
     floating: bool = False
     data_file: str = "hull.json"
     given: Given = field(default_factory=Given)
+    ports: tuple[PowerPort, ...] = ()
+    order: int = 1
 
 
 def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
@@ -66,12 +70,12 @@ def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
         what = f"{path} is written in xacro, a language of macros"
         help = f"run `xacro {path} > robot.urdf`, and import robot.urdf"
         raise BgError([not_importable(what, help=help)])
-    if kind in COMPILED:
-        what = f"{path} is {COMPILED[kind]}: it hides the equations that a model needs"
-        help = "run it beside a model in a system of FMUs: `bgc build FILE.bg --target ssp`"
+    if kind == ".ssp":
+        what = f"{path} is a system of FMUs"
+        help = "unpack it, and import its FMUs one by one"
         raise BgError([not_importable(what, help=help)])
-    known = ", ".join((*ROBOTS, *GRAPHS, *READERS))
-    if kind not in (*ROBOTS, *GRAPHS, *READERS):
+    known = ", ".join((*ROBOTS, *GRAPHS, *READERS, *FMUS))
+    if kind not in (*ROBOTS, *GRAPHS, *READERS, *FMUS):
         what = f"{path} is of an unknown kind"
         raise BgError([not_importable(what, help=f"name a file in {known}")])
     if path.is_dir():
@@ -81,10 +85,15 @@ def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
             raise BgError([file_missing(str(path))])
         hull = import_hull(path, choices.given, choices.data_file)
         return Imported(hull.text, hull.warnings, hull.data, hull.report)
+    notes = Notes()
+    if kind in FMUS:
+        if not path.exists():
+            raise BgError([file_missing(str(path))])
+        text = import_fmu(path, folder, choices.ports, choices.order, notes)
+        return Imported(text, notes.diagnostics())
     source = read_source(path)
     if kind in GRAPHS:
         return Imported(read_bond_graph_tools(source), ())
-    notes = Notes()
     if kind == ".urdf":
         robot = read_urdf(source, choices.packages, notes)
     else:

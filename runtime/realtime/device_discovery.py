@@ -10,7 +10,8 @@ from pathlib import Path
 from bgc.building.build import driver_names
 from bgc.diagnostics.diagnostic import BgError
 from bgc.record_class import dataclass
-from bgc.runtime.running.device_drivers import ALLOWED, load_driver
+from bgc.runtime.running.allowed_folders import ALLOWED
+from bgc.runtime.running.device_drivers import load_driver
 
 PURPOSES = {
     "trace": "plays a recorded motion: trace(file = motion.csv)",

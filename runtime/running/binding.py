@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Sequence
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from functools import cached_property
 from itertools import count, takewhile
@@ -17,11 +18,14 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from bgc.diagnostics.catalogue.fmu_parts import fmu_not_opened
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.port_facts import FmuFacts
 from bgc.record_class import dataclass
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.fmu_folders import FmuFolder
 from bgc.runtime.running.structures import (
     ABI,
     CountsStruct,
@@ -35,7 +39,7 @@ _Doubles = POINTER(c_double)
 _Model = POINTER(ModelStruct)
 
 AtFault: TypeAlias = Literal[
-    "parameter", "assertion", "state", "switch", "divisor", "chain", "jump", "held", "device"
+    "parameter", "assertion", "state", "switch", "divisor", "chain", "jump", "held", "device", "fmu"
 ]
 """What a call may fail at; `held` is a value that a sampled part holds."""
 
@@ -66,6 +70,8 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
     "bgc_device_handle": (c_void_p, (c_int,)),
+    "bgc_open_fmu": (c_int, (c_int, c_char_p, c_char_p, c_char_p, c_size_t)),
+    "bgc_fmu_reason": (c_char_p, ()),
 }
 # name: result, all arguments
 _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -100,7 +106,8 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 class Library:
     """A loaded shared object: the model's constant data and the functions of the C runtime."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, fmus: Sequence[FmuFacts] = ()) -> None:
+        self.fmus = fmus
         try:
             self.functions = ctypes.CDLL(str(path))
             for name, (result, arguments) in _ON_INSTANCE.items():
@@ -199,11 +206,17 @@ class Instance:
         self._data = library.functions.bgc_new(library.pointer)
         if not self._data:
             raise BgError([no_memory()])
+        self._fmus: list[FmuFolder] = []
+        for index, fmu in enumerate(library.fmus):
+            self._fmus.append(FmuFolder(fmu))
+            self._open_fmu(index, fmu, self._fmus[-1])
 
     def __del__(self) -> None:
         if getattr(self, "_data", None):
             self._call("bgc_free")
             self._data = None
+        for folder in getattr(self, "_fmus", ()):
+            folder.close()
 
     def _call(self, name: str, *arguments: Any) -> Any:
         function = getattr(self.library.functions, name)
@@ -415,6 +428,20 @@ class Instance:
     def stop(self) -> None:
         """Make a `run` in another thread return after its present step."""
         self._ask("bgc_stop")
+
+    def _open_fmu(self, index: int, fmu: FmuFacts, folder: FmuFolder) -> None:
+        """Open an FMU; its files stay as long as the instance."""
+        message = ctypes.create_string_buffer(512)
+        where = (os.fsencode(folder.library), os.fsencode(folder.resources))
+        status = Status(self._call("bgc_open_fmu", index, *where, message, len(message)))
+        if status is not Status.OK:
+            reason = text(message.value) if status is Status.FMU else "out of memory"
+            raise BgError([fmu_not_opened(fmu.file, reason)])
+
+    @property
+    def fmu_reason(self) -> str:
+        """The reason that the FMU at fault gives; empty without one."""
+        return text(self._call("bgc_fmu_reason"))
 
     def find_driver(self, name: bytes) -> int | None:
         """Return the address of a device driver, or None if the name is unknown."""

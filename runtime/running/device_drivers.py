@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from bgc.diagnostics.catalogue.devices import (
 )
 from bgc.diagnostics.diagnostic import BgError
 from bgc.record_class import dataclass
+from bgc.runtime.running.allowed_folders import ALLOWED, is_allowed
 from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.quantity import read_number
@@ -29,9 +29,6 @@ from bgc.runtime.running.structures import Status
 
 BY_PATH = "driver"
 """The name by which a scene opens a driver of a shared object: `driver("./mine.so")`."""
-ALLOWED = "BGC_DRIVERS"
-"""The environment variable that lists folders from which scenes may load drivers."""
-
 _ABI = 2  # BGC_DEVICE_ABI of bgc_device.h
 _LINE_BREAK = "the scene's folder has a line break in its name, which ends an option"
 _CHOICE = re.compile(r"(?P<what>[^()]+?)\s*(?:\((?P<options>.*)\))?", re.DOTALL)
@@ -131,15 +128,9 @@ def _of_scene(instance: Instance, index: int, folder: Path) -> DeviceChoice:
     lines = located.splitlines(keepends=True)
     file = next(line for line in lines if line.startswith("file="))
     path = Path(file.rstrip("\n").partition("=")[2])
-    if not _is_allowed(path):
+    if not is_allowed(path):
         raise BgError([driver_not_allowed(text(info.name), str(path), ALLOWED)])
     return DeviceChoice(driver, "".join(line for line in lines if line is not file), path)
-
-
-def _is_allowed(path: Path) -> bool:
-    """Return whether a scene may load this file: it lies in a folder that the user has listed."""
-    listed = [Path(folder) for folder in os.environ.get(ALLOWED, "").split(os.pathsep) if folder]
-    return any(path.resolve().is_relative_to(folder.resolve()) for folder in listed)
 
 
 def _find_driver(instance: Instance, name: str, choice: DeviceChoice) -> FoundDriver:

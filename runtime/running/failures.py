@@ -9,6 +9,7 @@ from typing import Any, assert_never
 from bgc.building.build_result import Place, Places
 from bgc.diagnostics.catalogue import closures, jumps, physics, run, samples, sensitivities, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
+from bgc.diagnostics.catalogue.fmu_parts import fmu_failed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.elements import INITIAL_VALUE
 from bgc.runtime.results.result import Result
@@ -89,6 +90,11 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.BAD_SAMPLE:
             place = _at(places.held, instance.failed("held"))
             return samples.bad_sample(time, place.states, place.span)
+        case Status.FMU:
+            index = instance.failed("fmu")
+            fmu = instance.library.fmus[index]
+            reason = quotable(instance.fmu_reason)
+            return fmu_failed(time, fmu.file, fmu.name, reason, _at(places.fmus, index).span)
         case Status.GRAZING | Status.SIMULTANEOUS:
             place = _at(places.switches, instance.failed("switch"))
             grazes = status is Status.GRAZING

@@ -115,7 +115,7 @@ class LoadedModel:
     ) -> None:
         self.folder = folder
         self.origin = origin
-        self.library = Library(built.library)
+        self.library = Library(built.library, built.facts.fmus)
         self.places: Places = built.places
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings

@@ -17,6 +17,7 @@ from bgc.diagnostics.catalogue.arguments import (
     unknown_solver,
 )
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
+from bgc.diagnostics.catalogue.fmu_parts import fmu_left_out
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.methods import METHODS, default_method
 from bgc.language.records import Where
@@ -122,6 +123,9 @@ def start(instance: Instance, method: Solver, facts: RunFacts) -> tuple[Status, 
     to rest.
     """
     rest = facts.rest_for(method.start)
+    if rest is not None and facts.fmus:
+        way = "leave out `start rest`: an FMU starts by its own rules"
+        raise BgError([fmu_left_out("a start at rest", facts.fmus[0].name, way)])
     status = instance.reset(checked=rest is None)
     if status is Status.OK and rest is not None:
         return go_to_rest(instance, rest)

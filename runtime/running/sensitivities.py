@@ -102,6 +102,10 @@ def directions_of(model: LoadedModel, names: Sequence[str]) -> tuple[Direction, 
 def require_followed(model: LoadedModel, method: Solver, directions: Sequence[Direction]) -> None:
     """Raise BG784 for a method or a start that sensitivities do not follow."""
     name = method.name
+    if model.facts.fmus:
+        reason = f"the FMU of `{model.facts.fmus[0].name}` gives no derivatives"
+        help = "run the model twice, with the parameter a little larger and a little smaller"
+        raise BgError([not_followed(reason, help)])
     if name in BACKENDS:
         raise BgError([not_followed(f"`{name}` is a solver of another package", _USE)])
     if not METHODS[name].family.lanes:

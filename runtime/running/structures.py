@@ -44,6 +44,7 @@ class Status(IntEnum):
     BAD_SAMPLE = 19
     GRAZING = 20
     SIMULTANEOUS = 21
+    FMU = 22
 
 
 class ParamInfo(ctypes.Structure):

@@ -9,6 +9,7 @@ from typing import Any, Final
 from bgc.building.backends import BACKENDS
 from bgc.building.build_result import Places
 from bgc.diagnostics.catalogue.arguments import device_not_opened
+from bgc.diagnostics.catalogue.fmu_parts import fmu_left_out
 from bgc.diagnostics.catalogue.live_pages import solver_not_in_page
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.solver import Solver
@@ -34,12 +35,15 @@ def run_settings(model: LoadedModel) -> tuple[Content, tuple[Diagnostic, ...]]:
 
     A start that has to be searched for is found here: the page starts from the states found.
 
-    Raises BgError: BG548 for a solver of another package, BG074 for a recorded motion that cannot
-    be read, and all faults of a start.
+    Raises BgError: BG548 for a solver of another package, BG674 for an FMU in the model, BG074 for
+    a recorded motion that cannot be read, and all faults of a start.
     """
     method, notices = method_of(model)
     if method.name in BACKENDS:
         raise BgError([solver_not_in_page(method.name, model.solvers)])
+    if model.facts.fmus:
+        way = "a page runs in a browser, which has no place for its program: use `bgc view`"
+        raise BgError([fmu_left_out("a page", model.facts.fmus[0].name, way)])
     if model.facts.duration:
         method = with_capped_step(method, times_of(model, method), model.facts.timed)
     drivers = _drivers(model)

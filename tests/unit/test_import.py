@@ -179,7 +179,7 @@ def test_a_loop_is_refused_with_both_joints(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "way_out"),
-    [("robot.urdf.xacro", "xacro robot"), ("robot.step", ".urdf"), ("m.fmu", "--target ssp")],
+    [("robot.urdf.xacro", "xacro robot"), ("robot.step", ".urdf"), ("m.ssp", "one by one")],
 )
 def test_other_kinds_of_files_are_refused(folder, name, way_out):
     refused = run("import", name)

@@ -13,11 +13,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
+from zipfile import ZipFile
 
 import aiohttp
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from foreign_fmus import LAG, foreign_fmu
 from manual import chapter_named
 from processes import started
 from refusals import codes_of
@@ -27,7 +29,9 @@ import bgc
 import bgc.grammar
 import bgc.runtime
 from bgc.building.cache import Cache
+from bgc.building.platforms import host_platform
 from bgc.building.toolchain import find_toolchain
+from bgc.building.user_folder import cache_directory
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
@@ -269,6 +273,53 @@ def test_messages_quote_nothing_of_a_trace(tmp_path, content):
     (tmp_path / "secret.txt").write_text(content)
     status, output = run_bgc("run", cart(tmp_path, 'file = "secret.txt"'))
     assert (status, "BG074" in output, "HUSH" in output) == (1, True, False), output
+
+
+@promise(
+    "An FMU that a model names is executed only if this content of it was imported on this machine "
+    "by `bgc import`, or lies in a folder that `BGC_DRIVERS` lists; checking, compiling and "
+    "importing it execute nothing of it."
+)
+@pytest.mark.skipif(host_platform() != "linux64", reason="an FMU of 64-bit Linux on x86")
+def test_an_fmu_is_executed_only_where_its_user_says_so(tmp_path, monkeypatch):
+    marker, scene = tmp_path / "executed", tmp_path / "scene.bg"
+    about = LAG.replace("A lag", str(tmp_path))  # a content of its own
+    fmu = foreign_fmu(tmp_path / "lag.fmu", 2, (f'-DMARKER="{marker}"',), about)
+    scene.write_text(
+        'model M { sample 1 s { signal y = fmu("lag.fmu", "x"); } output z = y; }\n'
+        "scene s of M { observe z; run 2 s; }\n"
+    )
+
+    def executed(*arguments: str) -> tuple[int, bool, str]:
+        code, printed = run_bgc(*arguments)
+        found = marker.exists()
+        marker.unlink(missing_ok=True)
+        return code, found, printed
+
+    assert executed("check", str(scene))[:2] == (0, False)
+    assert executed("build", str(scene), "-o", str(tmp_path))[:2] == (0, False)
+    code, found, printed = executed("run", str(scene))
+    assert (code, found) == (1, False) and "BG670" in printed
+    monkeypatch.setenv("BGC_DRIVERS", str(tmp_path))
+    assert executed("run", str(scene))[:2] == (0, True)
+    monkeypatch.delenv("BGC_DRIVERS")
+    with ZipFile(fmu, "a") as archive:  # other bytes are another FMU
+        archive.writestr("resources/more.txt", "")
+    assert executed("run", str(scene))[:2] == (1, False)
+    assert executed("import", str(fmu), "-o", "-")[:2] == (0, False)
+    assert executed("run", str(scene))[:2] == (0, True)
+
+
+@promise("Of an FMU files are unpacked into the cache alone, wherever their names lead.")
+def test_an_fmu_is_unpacked_into_the_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path / "deep" / "down" / "cache"))
+    with ZipFile(tmp_path / "a.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", LAG)
+        for name in ("/resources/a", "resources/../../../../b", "binaries/../../../c"):
+            archive.writestr(name, "a stranger's")
+    assert run_bgc("import", str(tmp_path / "a.fmu"), "-o", "-")[0] == 0
+    files = {path for path in tmp_path.rglob("*") if path.is_file()} - {tmp_path / "a.fmu"}
+    assert files and all((cache_directory() / "fmus") in path.parents for path in files)
 
 
 @promise("A path in a model cannot add options to a device.")

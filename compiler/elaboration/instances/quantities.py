@@ -353,7 +353,7 @@ class Quantities:
         """Create symbols for a state or unknown, in its declared shape or that of its start."""
         shape = self.declared_shape(quantity)
         unit = self.declared_unit(quantity)
-        units: tuple[Dimension | None, ...] | None = None
+        units: tuple[Dimension | None, ...] | None = quantity.units or None
         if shape is None:
             shape = ()
             if quantity.declaration.value is not None and quantity.kind in {"state", "unknown"}:

@@ -8,6 +8,7 @@ from typing import Protocol
 from bgc.diagnostics.catalogue import names, samples
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.fmu_calls import is_fmu_call, read_call
 from bgc.elaboration.instances.instance_notes import note
 from bgc.elaboration.instances.tree import Environment, Instance, Quantity, SampledPart
 from bgc.elaboration.instances.world import World
@@ -88,6 +89,12 @@ def _enter_value(
         raise BgError([samples.not_in_sample(item.span, f"`{item.kind}`")])
     if in_loop:
         raise BgError([names.misplaced_in_loop(item.span, item.kind)])
+    if item.kind != "state" and is_fmu_call(item):
+        call = read_call(builder.world, path, item, env)
+        builder.enter(instance, item.name, call.got, item.name_span)
+        part.held += (call.got, call.given)
+        part.fmus.append(call)
+        return
     held = Quantity(path, item, env, None, sampled=True)
     builder.enter(instance, item.name, held, item.name_span)
     part.held.append(held)

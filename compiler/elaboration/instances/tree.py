@@ -15,7 +15,9 @@ from bgc.grammar import syntax
 from bgc.language.elements import ELEMENTS, ElementKind
 from bgc.record_class import dataclass, field
 from bgc.resolution.modules import Declared, Module
+from bgc.values.fmu_files import FmuFile, FmuVariable
 from bgc.values.scope import Namespace
+from bgc.values.units import Dimension
 from bgc.values.value import Value
 
 _Item = TypeVar("_Item", bound=syntax.Item)
@@ -63,7 +65,8 @@ class Quantity:
 
     `given` replaces its default; `parts` replace single components (`set M[1, 2] = ..`).
     `first` is the index of the first symbol of a param, state or unknown, or of a value that a
-    sampled part holds (`sampled`). A `const` may be `data` of a file instead of a value.
+    sampled part holds (`sampled`). A `const` may be `data` of a file instead of a value. `units`
+    are those of the components of a value that goes to an FMU or comes from one.
     """
 
     path: str
@@ -76,6 +79,7 @@ class Quantity:
     data: Namespace | None = None
     first: int = -1
     sampled: bool = False
+    units: tuple[Dimension | None, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -130,11 +134,28 @@ class Element:
         return self.row.basic
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FmuCall:
+    """An FMU in a sampled part: the variables that are read, and those that are set.
+
+    `got` holds the values that are read, `given` those that are set, each with its expression.
+    """
+
+    file: FmuFile
+    span: Span
+    env: Environment
+    read: tuple[FmuVariable, ...]
+    set: tuple[tuple[FmuVariable, syntax.Expr], ...]
+    got: Quantity
+    given: Quantity
+
+
 @dataclass(slots=True, eq=False)
 class SampledPart:
     """A `sample` of an instance: its held values, the definitions of outputs, and its statements.
 
-    Within the block an output means its definition, outside of it the held value.
+    Within the block an output means its definition, outside of it the held value. `fmus` are the
+    calls of FMUs in it.
     """
 
     item: syntax.Sample
@@ -142,6 +163,7 @@ class SampledPart:
     held: list[Quantity] = field(default_factory=list)
     definitions: dict[Quantity, Quantity] = field(default_factory=dict)
     nexts: list[tuple[syntax.Next, Environment]] = field(default_factory=list)
+    fmus: list[FmuCall] = field(default_factory=list)
 
 
 @dataclass(slots=True, eq=False, repr=False)  # a tree's repr would repeat shared branches

@@ -14,11 +14,12 @@ from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value, fit_shape, require_level
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.instance_notes import note
-from bgc.elaboration.instances.tree import SampledPart
+from bgc.elaboration.instances.tree import FmuCall, SampledPart
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.statements import read_target
-from bgc.ir.graph import FlatGraph, Held, Junction, Node, SampleRate, Storage
-from bgc.values.units import si_text
+from bgc.ir.graph import FlatGraph, FmuLink, FmuUse, Held, Junction, Node, SampleRate, Storage
+from bgc.values.fmu_files import FmuVariable
+from bgc.values.units import DIMENSIONLESS, si_text
 
 
 def read_sampled(world: World, wiring: Wiring) -> tuple[tuple[Held, ...], tuple[SampleRate, ...]]:
@@ -62,6 +63,8 @@ def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
     errors = len(world.report.errors)
     following = _read_nexts(world, part)
     all_read = len(world.report.errors) == errors
+    sent = {call.given: _read_given(world, call) for call in part.fmus}
+    received = {call.got for call in part.fmus}
     for quantity in part.held:
         symbols = world.quantities.value(quantity, quantity.declaration.name_span)
         span = quantity.declaration.name_span
@@ -77,6 +80,9 @@ def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
                     name = quantity.declaration.name
                     world.report.add(samples.state_without_next(span, name))
                 continue
+        elif quantity in sent or quantity in received:
+            initial = (world.dag.zero,) * len(symbols.nodes)
+            nodes = sent.get(quantity) or list(symbols.nodes)
         else:
             initial = (world.dag.zero,) * len(symbols.nodes)
             value = world.quantities.value(part.definitions[quantity], span)
@@ -87,6 +93,69 @@ def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
             unit = si_text(symbols.units[k])
             index = quantity.first + k
             yield Held(index, label, unit, initial[k], nodes[k], rate, is_state, span)
+
+
+def _read_given(world: World, call: FmuCall) -> list[Node]:
+    """The values that an FMU is given, each checked against the unit of its variable."""
+    found = []
+    for variable, expr in call.set:
+        value = world.evaluate(expr, call.env)
+        what = f"`{variable.name}` of `{call.file.shown}`"
+        unit = variable.unit.dimension
+        check_value(value, (), DIMENSIONLESS if unit is None else unit, expr.span, what)
+        if variable.causality == "parameter":
+            require_level(world.dag, value, Level.PARAM, expr.span, what)
+        found.append(value.node)
+    return found
+
+
+def read_fmus(world: World, wiring: Wiring) -> tuple[FmuUse, ...]:
+    """Read the FMUs of all sampled parts, whose held values have been read."""
+    return tuple(
+        _read_fmu(world, call)
+        for instance in wiring.instances
+        for part in instance.sampled
+        for call in part.fmus
+    )
+
+
+def _read_fmu(world: World, call: FmuCall) -> FmuUse:
+    """The FMU of a call: each variable with the symbol of its held value."""
+    given = world.quantities.value(call.given, call.span).nodes
+    got = world.quantities.value(call.got, call.span).nodes
+    pairs = zip((*(v for v, _ in call.set), *call.read), (*given, *got), strict=True)
+    file, owner = call.file, call.env.instance
+    return FmuUse(
+        owner.path if owner is not None and owner.path else call.got.path,
+        file.shown,
+        str(file.path.absolute()),
+        file.digest,
+        file.version,
+        file.identifier,
+        file.token,
+        file.once,
+        tuple(_link(variable, symbol) for variable, symbol in pairs),
+        call.span,
+    )
+
+
+def _link(variable: FmuVariable, symbol: Node) -> FmuLink:
+    is_parameter = variable.causality == "parameter"
+    tunable = is_parameter and variable.variability == "tunable"
+    role = "tunable" if tunable else variable.causality if variable.is_set else "output"
+    unit = variable.unit
+    return FmuLink(
+        variable.name,
+        variable.reference,
+        variable.kind,
+        role,
+        symbol,
+        variable.place,
+        variable.count,
+        unit.factor,
+        unit.offset,
+        variable.start if is_parameter else None,
+    )
 
 
 def _read_nexts(world: World, part: SampledPart) -> dict[int, tuple[Node, Span]]:
