@@ -77,13 +77,13 @@ static int solve_start_from(const bgc_model *m, bgc_data *d, double part, double
 
     for (int k = 0; k < MAX_START_ITERATIONS; k++) {
         double length;
-        int rounded;
+        int is_rounded;
 
         /* Newton correction. */
         if (!start_residual(m, d, s, part, d->start_change)) {
             return 0;
         }
-        rounded = is_start_rounded(d, n, s);
+        is_rounded = is_start_rounded(d, n, s);
         memcpy(d->start_lu, d->start_jac, (size_t)n * (size_t)n * sizeof *d->start_lu);
         if (bgc_factorise_dense(n, d->start_lu, d->start_pivot, d->start_magnitude) >= 0) {
             return 0;
@@ -93,7 +93,7 @@ static int solve_start_from(const bgc_model *m, bgc_data *d, double part, double
             return 0;
         }
         length = start_norm(n, d->start_change, s);
-        if (length <= start_converged || rounded) {
+        if (length <= start_converged || is_rounded) {
             move_start(n, s, 1.0, d->start_change, s);
             return 1;
         }
