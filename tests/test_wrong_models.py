@@ -121,8 +121,8 @@ BESIDE = {
         "symmetry"
     ),
     "values given to a run, a command or a study, or in a file beside the model": (
-        "ahead asserts cost data_files effects files inputs observables operability optimise "
-        "realtime reduce scenes stress study world"
+        "ahead asserts cost data_files effects files fmu_parts inputs observables operability "
+        "optimise realtime reduce scenes stress study world"
     ),
     "how messages are shown, looked up, counted or made errors": (
         "campaigns catalogue cli commands doc notebook render strict warnings warnings_of_values"
