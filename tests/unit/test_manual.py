@@ -186,11 +186,15 @@ def test_command_prints_what_is_shown(block):
         assert matches(shown, found), f"{command}\n{done.output}"
 
 
-@pytest.mark.parametrize(
-    "block", [b for b in IN_MANUAL if b.language == "python"], ids=lambda b: b.place
-)
-def test_python_runs(block):
-    exec(compile(block.text, block.place, "exec"), {})
+@pytest.mark.parametrize("path", chapter_files(), ids=lambda path: path.stem)
+def test_python_runs(path):
+    """The blocks of a chapter, one after the other; a block may name packages that it needs."""
+    names: dict[str, object] = {}
+    for block in blocks(path):
+        if block.language == "python":
+            for package in block.words:
+                pytest.importorskip(package)
+            exec(compile(block.text, block.place, "exec"), names)
 
 
 # --- everything is there, and can be found ------------------------------------------------
