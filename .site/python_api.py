@@ -83,7 +83,18 @@ TOPICS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             "bgc.runtime.realtime.python_device.PythonDevice",
         ),
     ),
-    ("trade", "Speed and accuracy", ("bgc.trade", "bgc.Trade", "bgc.reduce", "bgc.Reduction")),
+    (
+        "trade",
+        "Speed and accuracy",
+        (
+            "bgc.trade",
+            "bgc.Trade",
+            "bgc.reduce",
+            "bgc.Reduction",
+            "bgc.reduced_part",
+            "bgc.ReducedPart",
+        ),
+    ),
     (
         "views",
         "Graphs, equations, pages",

@@ -7,7 +7,7 @@ from bgc.runtime.cli.printing import attempt, report
 _EPILOG = """\b
 Examples (rope.bg: the manual, "Sensitivities of a run"):
   bgc sensitivity rope.bg
-  bgc sensitivity rope.bg --observe "max(force)" --of mass --of speed --plot tornado.png
+  bgc sensitivity rope.bg --observe "max(force)" --of mass --plot tornado.png
 """
 
 

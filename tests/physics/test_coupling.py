@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bgc.runtime.running.simulate import SimulationError
+from bgc.diagnostics.diagnostic import BgError
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.2, 5.0])
@@ -62,7 +62,7 @@ def test_an_offset_is_where_the_coordinates_settle_or_start(load):
     driven = -0.5 * 10 / (2 + 0.25 * 3) * 3 / 400
     assert beyond[0] == pytest.approx(0.2) and beyond[-1] == pytest.approx(-driven, rel=1e-3)
     assert len(load("coupling", "right_offset").simulate("0.1 s").time)
-    with pytest.raises(SimulationError, match="`follower0` has to be ratio"):
+    with pytest.raises(BgError, match="`follower0` has to be ratio"):
         load("coupling", "wrong_offset").simulate("0.1 s")
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from bgc.runtime.running.failures import SimulationError
+from bgc.diagnostics.diagnostic import BgError
 
 STEEL, ALLOY = 7850.0, 2700.0
 
@@ -133,5 +133,5 @@ def test_solids_have_the_mass_and_inertia_of_their_shape(load):
 )
 def test_impossible_sections_are_refused(load, scene, changes, message):
     changes = {f"beam.section.{name}": value for name, value in changes.items()}
-    with pytest.raises(SimulationError, match=message):
+    with pytest.raises(BgError, match=message):
         load("sections", scene).simulate(parameters=changes)
