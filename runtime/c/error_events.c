@@ -68,7 +68,8 @@ static int has_crossed(const bgc_model *m, const bgc_data *d, int k) {
     const int left = !isnan(before) && (d->mode[k] != before || (m->n_jump > 0 && d->turned[k] != 0.0));
     const double near = fabs(d->off_rate[k]) * (near_edge * h + rounded * fabs(t)) + rounded * d->extent[k];
 
-    return left && fabs(bgc_depth(m->switch_info[k].operation, before, d->off_argument[k])) <= near;
+    return left && d->off_rate[k] != 0.0 &&
+           fabs(bgc_depth(m->switch_info[k].operation, before, d->off_argument[k])) <= near;
 }
 
 /* The time by which an event comes later in the exact solution: that of the switch that is moved most. */

@@ -317,10 +317,13 @@ def test_a_winch_at_its_limits_says_so_and_leaves_heave(limit, column):
 
 def test_the_crane_at_sea_starts_at_rest_and_converges_at_a_millisecond():
     machine = model("knuckle_boom_at_sea")
-    run = machine.simulate()
+    run = machine.simulate(error=True)
     exact = machine.simulate(solver="rodas5p", rtol=1e-8)
     assert np.ptp(exact["stroke"], axis=0).min() > 0.05
     assert run["tension [kN]"][0] == pytest.approx(2200 * G / 1e3, rel=1e-6)
-    assert np.abs(run["stroke"] - exact["stroke"]).max() < 1e-4
+    difference = np.abs(run["stroke"] - exact["stroke"]).max()
+    assert difference < 1e-4
+    # Arguments that stand at their edges while others meet theirs leave the estimate as it is.
+    assert difference / 3 < np.abs(run.error["stroke"]).max() < 3 * difference
     assert np.abs(run["height"] - exact["height"]).max() < 2e-3
     assert np.abs(np.diff(exact["height"])[:2]).max() < 2e-3
