@@ -342,9 +342,6 @@ typedef struct bgc_model {
     /* Sampled ports: of each the numbers of three held values, whose changes at an instant are the energies
      * that it has received from its device, dissipated and created. */
     int n_port;
-
-    int n_fmu;
-    const bgc_fmu_info *fmu; /* FMUs of other tools */
     const int *book;
 
     /* Inner unknowns z of the linear systems, beside the states: f is g(x, z) with 0 = r(x, z), and
@@ -366,6 +363,9 @@ typedef struct bgc_model {
      * NULL where they cost little by themselves. */
     void (*switches_after_rhs)(const double *h, double t, const double *x, const double *u, double *z,
                                double *w);
+
+    int n_fmu;
+    const bgc_fmu_info *fmu; /* FMUs of other tools */
 } bgc_model;
 
 /* The emitted model. */

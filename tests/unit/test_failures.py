@@ -43,17 +43,19 @@ CODES = {
     Status.BAD_SAMPLE: "BG771",
     Status.GRAZING: "BG785",
     Status.SIMULTANEOUS: "BG786",
+    Status.FMU: "BG673",
 }
 
 
 def instance(**places):
     at = {"device": -1, **places}
     return SimpleNamespace(
-        library=SimpleNamespace(model=MODEL),
+        library=SimpleNamespace(model=MODEL, fmus=[SimpleNamespace(file="lag.fmu", name="lag")]),
         time=1.5,
         given={},
         failed=lambda what: at.get(what, 0),
         device_reason="",
+        fmu_reason="no step of 7 s",
         failed_time=1.25,
         chain_position={"pin.angle": 0.25},
         failed_chain="crank, rod",

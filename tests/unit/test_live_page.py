@@ -244,7 +244,8 @@ def test_messages_are_those_of_the_command_line(model):
     assert template["code"] == told.code and template["help"] == told.help
     known = {int(key) for key in faults["by_status"]}
     silent = {Status.OK, Status.BAD_ARGUMENT, Status.INTERRUPTED}
-    silent |= {Status.GRAZING, Status.SIMULTANEOUS}  # of sensitivities, which a page does not have
+    # Of sensitivities and of other tools' FMUs, which a page does not have.
+    silent |= {Status.GRAZING, Status.SIMULTANEOUS, Status.FMU}
     assert known == {int(s) for s in Status} - {int(s) for s in silent}
     state = faults["by_status"][str(int(Status.NOT_FINITE))]
     assert "⟦state⟧" in state["named"]["text"] and "⟦state⟧" not in state["any"]["text"]

@@ -9,7 +9,7 @@ syn keyword bgConstant pi time
 syn match bgStatement /\v%(^|[;{}])@<=\s*<%(deadline|device|drive|effort|flow|keep|observe|plot|proof|pseudo|require|reset|run|sample|shape|solver|start|step|when)>%(\s*%([:.=,)]|-\>))@!/
 syn match bgWord /\v\s@<=<%(against|as|at|colour|every|from|hold|is|main|next|of|offset|out|rest|sampled|to|vary|within)>%(\s*%([:.=,)]|-\>))@!/
 syn match bgElement /\v%(:\s*)@<=<%(C|Demux|GY|I|IC|J0|J1|MGY|MR|MSe|MSf|MTF|Mux|R|Se|Sf|TF)>/
-syn match bgFunction /\v<%(abs|acos|acosh|asin|asinh|atan|atan2|atanh|block|cbrt|ceil|cos|cosh|cross|data|der|diag|dot|erf|erfc|exp|expm1|eye|floor|fmod|hypot|interpolate|inv|jacobian|length|log|log10|log1p|max|min|norm|ones|outer|random|sign|sin|sinh|skew|sqrt|stack|sum|tan|tanh|transpose|zeros)>%(\s*\()@=/
+syn match bgFunction /\v<%(abs|acos|acosh|asin|asinh|atan|atan2|atanh|block|cbrt|ceil|cos|cosh|cross|data|der|diag|dot|erf|erfc|exp|expm1|eye|floor|fmod|fmu|hypot|interpolate|inv|jacobian|length|log|log10|log1p|max|min|norm|ones|outer|random|sign|sin|sinh|skew|sqrt|stack|sum|tan|tanh|transpose|zeros)>%(\s*\()@=/
 syn match bgArrow /\v-\>/
 syn match bgNumber /\v<%(\d+%(\.\d+)?|\.\d+)%([eE][+-]?\d+)?%( [A-Za-z_][A-Za-z0-9_]*%([*\/^-]+\w+)*)?/
 syn region bgText start=/"/ end=/"/ oneline
